@@ -109,6 +109,11 @@ module nutate_keys
       procedure, non_overridable :: text_at
       !> Returns the number of values of a key; 0 if it is absent.
       procedure, non_overridable :: count_of
+      !> Puts a key behind the others, in place of one of the same name.
+      generic :: put => put_setting, put_numbers, put_text
+      procedure, private :: put_setting, put_numbers, put_text
+      !> Removes a key, if it is there.
+      procedure, non_overridable :: drop
    end type group_t
 
    !> Properties of a kind of group, for the scene reader.
@@ -252,5 +257,64 @@ contains
       character(len=:), allocatable :: text
       text = self%settings(find(self, name))%values(at)%text
    end function text_at
+
+   !> Puts a key. Settings are copied one by one: gfortran 12 loses the components of what it puts into an array
+   !> constructor.
+   subroutine put_setting(self, setting)
+      class(group_t), intent(inout) :: self
+      type(setting_t), intent(in) :: setting
+      type(setting_t), allocatable :: settings(:)
+      integer :: i, n
+      call self%drop(trim(setting%name))
+      n = 0
+      if (allocated(self%settings)) n = size(self%settings)
+      allocate (settings(n + 1))
+      do i = 1, n
+         settings(i) = self%settings(i)
+      end do
+      settings(n + 1) = setting
+      call move_alloc(settings, self%settings)
+   end subroutine put_setting
+
+   !> Puts a key of real numbers, if they are present.
+   subroutine put_numbers(self, name, values)
+      class(group_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in), optional :: values(:)
+      type(setting_t) :: setting
+      if (.not. present(values)) return
+      setting%name = name
+      allocate (setting%values(size(values)))
+      setting%values%number = values
+      call self%put(setting)
+   end subroutine put_numbers
+
+   !> Puts a key of one string.
+   subroutine put_text(self, name, text)
+      class(group_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, text
+      type(setting_t) :: setting
+      setting%name = name
+      setting%kind = KEY_TEXT
+      allocate (setting%values(1))
+      setting%values(1)%text = text
+      call self%put(setting)
+   end subroutine put_text
+
+   subroutine drop(self, name)
+      class(group_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(setting_t), allocatable :: kept(:)
+      integer :: i, n
+      if (.not. self%has(name)) return
+      allocate (kept(count(self%settings%name /= name)))
+      n = 0
+      do i = 1, size(self%settings)
+         if (self%settings(i)%name == name) cycle
+         n = n + 1
+         kept(n) = self%settings(i)
+      end do
+      call move_alloc(kept, self%settings)
+   end subroutine drop
 
 end module nutate_keys

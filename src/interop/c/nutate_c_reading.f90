@@ -14,6 +14,7 @@ module nutate_c_reading
    use nutate_kinds, only: wp
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_normalized, rotate_to_space, rotation_matrix
+   use nutate_spelling, only: split_list
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OK
    use nutate_propagated, only: propagated_t
    implicit none
@@ -179,22 +180,16 @@ contains
    integer(c_int) function nutate_stepper_set_columns(stepper, sets) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper, sets
       type(stepper_handle_t), pointer :: handle
-      character(len=name_length), allocatable :: names(:)
       character(len=:), allocatable :: list
       type(status_t) :: status
-      integer :: i
       if (.not. found(stepper, handle, code)) return
       call copy_text(sets, list)
       if (list == '') then
-         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'no set of columns is given', 'sets'))
+         status = fail(NUTATE_BAD_ARGUMENT, 'no set of columns is given', 'sets')
       else
-         allocate (names(count([(list(i:i) == ',', i=1, len(list))]) + 1))
-         do i = 1, size(names)
-            names(i) = nth_name(list, i)
-         end do
-         call choose_columns(handle, names, status)
-         code = conclude(handle, status)
+         call choose_columns(handle, adjustl(split_list(list)), status)
       end if
+      code = conclude(handle, status)
    end function nutate_stepper_set_columns
 
    integer(c_int) function nutate_stepper_width(stepper, width) result(code) bind(C)

@@ -6,7 +6,7 @@ module nutate_c_settings
    use nutate_method_choice, only: choose_settings
    use nutate_columns, only: need_attitude
    use nutate_hamiltonian, only: conserved_energy
-   use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL
+   use nutate_keys, only: group_t, group_kind_t
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_scene_error, only: scene_error_t
@@ -56,7 +56,7 @@ contains
       type(scene_error_t) :: error
       group = handle%group
       call drop_others(group, key)
-      call put_number(group, key, number)
+      call group%put(key, [number])
       call check_values(group, integrator_keys(), error)
       call keep_group(handle, group, key, error, status)
    end subroutine set_number
@@ -68,7 +68,7 @@ contains
       character(len=*), parameter :: ways(3) = [character(len=15) :: 'time_step', 'accuracy', 'local_tolerance']
       integer :: i
       do i = 1, size(ways)
-         if (any(ways == key)) call drop(group, trim(ways(i)))
+         if (any(ways == key)) call group%drop(trim(ways(i)))
       end do
    end subroutine drop_others
 
@@ -89,23 +89,6 @@ contains
       handle%is_valid = .false.
       call unprepare(handle)
    end subroutine keep_group
-
-   !> Removes a key from a group.
-   subroutine drop(group, name)
-      type(group_t), intent(inout) :: group
-      character(len=*), intent(in) :: name
-      type(setting_t), allocatable :: kept(:)
-      integer :: i, n
-      if (.not. group%has(name)) return
-      allocate (kept(size(group%settings) - 1))
-      n = 0
-      do i = 1, size(group%settings)
-         if (group%settings(i)%name == name) cycle
-         n = n + 1
-         kept(n) = group%settings(i)
-      end do
-      call move_alloc(kept, group%settings)
-   end subroutine drop
 
    !> Returns the value in force for a key of `&integrator`: the one that was set, or else the one that was chosen.
    !> Errors: those of `prepare`; `NUTATE_BAD_ARGUMENT` for a key that is not known here.
@@ -189,10 +172,10 @@ contains
 
       group = handle%group
       has_length = group%has('time_step') .or. group%has('accuracy') .or. group%has('local_tolerance')
-      call drop(group, 'end_time')
+      call group%drop('end_time')
       ! `build_integrator` requires a complete group.
-      if (.not. has_length) call put_number(group, 'time_step', 1.0_wp)
-      call put_number(group, 'end_time', group%number('time_step', 1.0_wp))
+      if (.not. has_length) call group%put('time_step', [1.0_wp])
+      call group%put('end_time', [group%number('time_step', 1.0_wp)])
       attitude = handle%run%requested%attitude
       call lock_texts()
       call build_integrator(group, handle%run%requested, handle%plan, error)
@@ -214,18 +197,5 @@ contains
       if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       call add_failure(handle%failure, status)
    end subroutine read_settings
-
-   !> Appends a key of one number.
-   subroutine put_number(group, name, number)
-      type(group_t), intent(inout) :: group
-      character(len=*), intent(in) :: name
-      real(wp), intent(in) :: number
-      type(setting_t) :: setting
-      setting%name = name
-      setting%kind = KEY_REAL
-      allocate (setting%values(1))
-      setting%values(1)%number = number
-      group%settings = [group%settings, setting]
-   end subroutine put_number
 
 end module nutate_c_settings

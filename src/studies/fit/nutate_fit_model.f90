@@ -85,6 +85,8 @@ module nutate_fit_model
       procedure, non_overridable :: present_groups
       !> Returns the attitude that a rotation vector leads to.
       procedure, non_overridable :: attitude_at
+      !> Returns the rotation vector among the parameters.
+      procedure, non_overridable :: turn_of
       !> Builds the systems at the points of the stencil.
       procedure, non_overridable :: build_systems
       !> Runs the scene with its derivatives.
@@ -193,7 +195,7 @@ contains
       real(wp), intent(in) :: values(:)
       type(status_t), intent(out) :: status
       self%values = values
-      call put_values(self, self%attitude_at(turn_of(self, values)), values, self%scene, status)
+      call put_values(self, self%attitude_at(self%turn_of(values)), values, self%scene, status)
    end subroutine set_values
 
    !> Builds a scene with given parameters.
@@ -263,7 +265,7 @@ contains
       class(fit_model_t), intent(inout) :: self
       !> Values of the parameters, shape (free parameters); the components of the attitude become 0.
       real(wp), intent(inout) :: values(:)
-      self%plan%attitude = self%attitude_at(turn_of(self, values))
+      self%plan%attitude = self%attitude_at(self%turn_of(values))
       where (self%plan%free%component > 0) values = 0.0_wp
       self%values = values
    end subroutine turn_attitude
@@ -278,7 +280,7 @@ contains
       real(wp) :: values(size(self%values)), turn(3), q(4)
       values = self%values
       values(i) = values(i) + place*self%steps(i)
-      q = self%attitude_at(turn_of(self, self%values))
+      q = self%attitude_at(self%turn_of(self%values))
       turn = 0.0_wp
       if (self%plan%free(i)%component > 0) then
          turn(self%plan%free(i)%component) = self%plan%angle_unit*place*self%steps(i)
@@ -297,28 +299,8 @@ contains
       setting%name = triangle_key
       setting%kind = KEY_LOGICAL
       allocate (setting%values(1))
-      call replace_triangle(scene%groups(i), setting)
+      call scene%groups(i)%put(setting)
    end subroutine lift_triangle
-
-   !> Replaces the key for the triangle inequality in a body, or removes it. Settings are copied one by one: gfortran 12
-   !> loses the components of what it puts into an array constructor.
-   subroutine replace_triangle(body, setting)
-      type(group_t), intent(inout) :: body
-      type(setting_t), intent(in), optional :: setting
-      type(setting_t), allocatable :: kept(:)
-      integer :: k, n
-      n = count(body%settings%name /= triangle_key)
-      if (present(setting)) n = n + 1
-      allocate (kept(n))
-      n = 0
-      do k = 1, size(body%settings)
-         if (body%settings(k)%name == triangle_key) cycle
-         n = n + 1
-         kept(n) = body%settings(k)
-      end do
-      if (present(setting)) kept(n + 1) = setting
-      call move_alloc(kept, body%settings)
-   end subroutine replace_triangle
 
    !> Returns the groups of the scene with the present parameters, and with the original check of the triangle
    !> inequality.
@@ -330,11 +312,8 @@ contains
       i = findloc(groups%name == 'body', .true., dim=1)
       associate (given => self%plan%numbers%groups(i)%settings)
          k = findloc(given%name == triangle_key, .true., dim=1)
-         if (k > 0) then
-            call replace_triangle(groups(i), given(k))
-         else
-            call replace_triangle(groups(i))
-         end if
+         call groups(i)%drop(triangle_key)
+         if (k > 0) call groups(i)%put(given(k))
       end associate
    end function present_groups
 

@@ -251,18 +251,14 @@ contains
       class(fit_problem_t), intent(in) :: self
       real(wp), intent(in) :: x(:)
       real(wp), intent(inout) :: residuals(:), jacobian(:, :)
-      real(wp) :: e(3), matrix(3, 3), unit, turn(3)
+      real(wp) :: e(3), matrix(3, 3), unit
       integer :: i, k, at
       at = 0
       unit = self%model%plan%angle_unit
       associate (free => self%model%plan%free)
          if (self%model%plan%has_attitude) then
-            turn = 0.0_wp
-            do i = 1, size(free)
-               if (free(i)%component > 0) turn(free(i)%component) = unit*x(i)
-            end do
             e = rotation_vector_from_quat(quat_product(quat_conjugate(self%known_attitude), &
-               self%model%attitude_at(turn)))
+               self%model%attitude_at(self%model%turn_of(x))))
             matrix = inverse_right_jacobian(e)
          end if
          do i = 1, size(free)

@@ -5,7 +5,7 @@ module nutate_c_groups
    use nutate_effect_list, only: effect_list_t
    use nutate_event_list, only: event_list_t
    use nutate_effect, only: effect_t
-   use nutate_keys, only: group_kind_t, group_t, setting_t, table_t, KEY_REAL, KEY_TEXT
+   use nutate_keys, only: group_kind_t, group_t, table_t
    use nutate_kinds, only: wp
    use nutate_scene_body, only: body_keys, build_body
    use nutate_scene_check, only: check_complete, read_groups
@@ -24,48 +24,10 @@ module nutate_c_groups
    implicit none
    private
 
-   public :: put_numbers, put_text, make_body_of, add_effect_of, add_groups, add_motor_of, parse_events, &
+   public :: make_body_of, add_effect_of, add_groups, add_motor_of, parse_events, &
       parse_motor_keys, parse_system, parse_table_keys
 
 contains
-
-   !> Appends a key of real numbers.
-   subroutine put_numbers(group, name, values)
-      type(group_t), intent(inout) :: group
-      character(len=*), intent(in) :: name
-      real(wp), intent(in) :: values(:)
-      call append(group, name, KEY_REAL, size(values))
-      group%settings(size(group%settings))%values%number = values
-   end subroutine put_numbers
-
-   !> Appends a key of one string.
-   subroutine put_text(group, name, text)
-      type(group_t), intent(inout) :: group
-      character(len=*), intent(in) :: name, text
-      call append(group, name, KEY_TEXT, 1)
-      group%settings(size(group%settings))%values(1)%text = text
-   end subroutine put_text
-
-   !> Appends a key with room for n values.
-   subroutine append(group, name, kind, n)
-      type(group_t), intent(inout) :: group
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: kind, n
-      type(setting_t), allocatable :: grown(:)
-      integer :: i, before
-      before = 0
-      if (allocated(group%settings)) before = size(group%settings)
-      allocate (grown(before + 1))
-      do i = 1, before
-         grown(i)%name = group%settings(i)%name
-         grown(i)%kind = group%settings(i)%kind
-         call move_alloc(group%settings(i)%values, grown(i)%values)
-      end do
-      grown(before + 1)%name = name
-      grown(before + 1)%kind = kind
-      allocate (grown(before + 1)%values(n))
-      call move_alloc(grown, group%settings)
-   end subroutine append
 
    !> Makes the body that a group `body` describes. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY`.
    subroutine make_body_of(group, system, status)
@@ -242,10 +204,10 @@ contains
             return
          end if
          group%name = 'wheel'
-         call put_numbers(group, 'axis', wheel%axis)
-         call put_numbers(group, 'inertia', [wheel%inertia])
-         if (wheel%torque_limit < huge(1.0_wp)) call put_numbers(group, 'torque_limit', [wheel%torque_limit])
-         if (wheel%speed_limit < huge(1.0_wp)) call put_numbers(group, 'speed_limit', [wheel%speed_limit])
+         call group%put('axis', wheel%axis)
+         call group%put('inertia', [wheel%inertia])
+         if (wheel%torque_limit < huge(1.0_wp)) call group%put('torque_limit', [wheel%torque_limit])
+         if (wheel%speed_limit < huge(1.0_wp)) call group%put('speed_limit', [wheel%speed_limit])
          call check_values(group, wheel_keys, error)
          if (error%raised) then
             status = fail(error%code, error%text)

@@ -1,10 +1,10 @@
 !> C interface: frames, orbits, the Earth's field, forces, wheels and controllers of a system. The functions are
 !> documented in `include/nutate_satellites.h`.
 module nutate_c_satellites
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr, c_size_t
-   use nutate_c_groups, only: add_motor_of, parse_motor_keys, put_numbers, put_text
+   use nutate_c_groups, only: add_motor_of, parse_motor_keys
    use nutate_c_handles, only: conclude, found, null_argument, system_handle_t
+   use nutate_c_system, only: given
    use nutate_c_system_effects, only: add, is_finite_or_bad
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_keys, only: group_t, table_t
@@ -26,7 +26,7 @@ contains
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(in), optional :: rate(3)
       type(group_t) :: group
-      if (present(rate)) call put_numbers(group, 'rate', rate)
+      call group%put('rate', rate)
       code = add(system, 'rotating_frame', group, .not. present(rate))
    end function nutate_system_add_rotating_frame
 
@@ -34,7 +34,7 @@ contains
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(in), value :: latitude
       type(group_t) :: group
-      call put_numbers(group, 'latitude', [latitude])
+      call group%put('latitude', [latitude])
       code = add(system, 'rotating_frame', group, .false.)
    end function nutate_system_add_latitude
 
@@ -48,15 +48,15 @@ contains
                                                   'inclination', 'raan', 'argument_of_periapsis', 'mean_anomaly']
       type(group_t) :: group
       integer :: i
-      call put_numbers(group, 'semi_major_axis', [semi_major_axis])
-      call put_numbers(group, 'eccentricity', [eccentricity])
+      call group%put('semi_major_axis', [semi_major_axis])
+      call group%put('eccentricity', [eccentricity])
       if (present(angles)) then
          do i = 1, 4
-            call put_numbers(group, trim(names(i)), angles(i:i))
+            call group%put(trim(names(i)), angles(i:i))
          end do
       end if
-      call put_numbers(group, 'mu', [merge(mu, earth_mu, given(mu))])
-      if (inertial == 0 .and. .not. abs(eccentricity) > 0.0_wp) call put_text(group, 'frame', 'lvlh')
+      call group%put('mu', [merge(mu, earth_mu, given(mu))])
+      if (inertial == 0 .and. .not. abs(eccentricity) > 0.0_wp) call group%put('frame', 'lvlh')
       code = add(system, 'orbit', group, .false.)
    end function nutate_system_add_orbit
 
@@ -79,9 +79,9 @@ contains
       real(c_double), intent(in), optional :: moment(3), coefficients(3)
       real(c_double), intent(in), value :: epoch_angle
       type(group_t) :: group
-      if (present(moment)) call put_numbers(group, 'moment', moment)
-      call put_numbers(group, 'epoch_angle', [epoch_angle])
-      if (present(coefficients)) call put_numbers(group, 'coefficients', coefficients)
+      call group%put('moment', moment)
+      call group%put('epoch_angle', [epoch_angle])
+      call group%put('coefficients', coefficients)
       code = add(system, 'earth_field', group, .false.)
    end function nutate_system_add_earth_field
 
@@ -91,14 +91,14 @@ contains
       real(c_double), intent(in), value :: start, stop
       type(group_t) :: group
       character(len=:), allocatable :: name
-      if (present(body_point)) call put_numbers(group, 'body_point', body_point)
-      if (present(force)) call put_numbers(group, 'force', force)
+      call group%put('body_point', body_point)
+      call group%put('force', force)
       if (c_associated(axes)) then
          call copy_text(axes, name)
-         call put_text(group, 'axes', name)
+         call group%put('axes', name)
       end if
-      if (is_finite_or_bad(-start)) call put_numbers(group, 'start', [start])
-      if (is_finite_or_bad(stop)) call put_numbers(group, 'stop', [stop])
+      if (is_finite_or_bad(-start)) call group%put('start', [start])
+      if (is_finite_or_bad(stop)) call group%put('stop', [stop])
       code = add(system, 'force', group, .not. (present(body_point) .and. present(force) .and. c_associated(axes)))
    end function nutate_system_add_force
 
@@ -108,12 +108,12 @@ contains
       real(c_double), intent(in), optional :: axis(3)
       real(c_double), intent(in), value :: inertia, speed, friction, torque_limit, speed_limit
       type(group_t) :: group
-      if (present(axis)) call put_numbers(group, 'axis', axis)
-      call put_numbers(group, 'inertia', [inertia])
-      call put_numbers(group, 'speed', [speed])
-      call put_numbers(group, 'friction', [friction])
-      if (is_finite_or_bad(torque_limit)) call put_numbers(group, 'torque_limit', [torque_limit])
-      if (is_finite_or_bad(speed_limit)) call put_numbers(group, 'speed_limit', [speed_limit])
+      call group%put('axis', axis)
+      call group%put('inertia', [inertia])
+      call group%put('speed', [speed])
+      call group%put('friction', [friction])
+      if (is_finite_or_bad(torque_limit)) call group%put('torque_limit', [torque_limit])
+      if (is_finite_or_bad(speed_limit)) call group%put('speed_limit', [speed_limit])
       code = add(system, 'wheel', group, .not. present(axis))
    end function nutate_system_add_wheel
 
@@ -139,11 +139,11 @@ contains
       type(group_t) :: group
       type(status_t) :: status
       if (.not. found(system, handle, code)) return
-      call put_numbers(group, 'torque', [torque])
-      call put_numbers(group, 'frequency', [frequency])
-      call put_numbers(group, 'phase', [phase])
-      if (is_finite_or_bad(-start)) call put_numbers(group, 'start', [start])
-      if (is_finite_or_bad(stop)) call put_numbers(group, 'stop', [stop])
+      call group%put('torque', [torque])
+      call group%put('frequency', [frequency])
+      call group%put('phase', [phase])
+      if (is_finite_or_bad(-start)) call group%put('start', [start])
+      if (is_finite_or_bad(stop)) call group%put('stop', [stop])
       call lock_texts()
       call add_motor_of(group, wheel, handle%system, status)
       call unlock_texts()
@@ -191,15 +191,15 @@ contains
       integer(c_int), intent(in), value :: by_inertia
       type(group_t) :: group
       character(len=:), allocatable :: means
-      call put_text(group, 'law', 'quaternion')
+      call group%put('law', 'quaternion')
       if (c_associated(by)) then
          call copy_text(by, means)
-         call put_text(group, 'by', means)
+         call group%put('by', means)
       end if
-      if (present(target)) call put_numbers(group, 'target', target)
-      call put_numbers(group, 'attitude_gain', [attitude_gain])
-      call put_numbers(group, 'rate_gain', [rate_gain])
-      call put_text(group, 'gains', trim(merge('inertia', 'scalar ', by_inertia /= 0)))
+      call group%put('target', target)
+      call group%put('attitude_gain', [attitude_gain])
+      call group%put('rate_gain', [rate_gain])
+      call group%put('gains', trim(merge('inertia', 'scalar ', by_inertia /= 0)))
       call put_held(group, field, sample, limit)
       code = add(system, 'controller', group, .not. c_associated(by))
    end function nutate_system_add_pointing
@@ -209,8 +209,8 @@ contains
       real(c_double), intent(in), optional :: field(3)
       real(c_double), intent(in), value :: gain, sample, limit
       type(group_t) :: group
-      call put_text(group, 'law', 'bdot')
-      call put_numbers(group, 'gain', [gain])
+      call group%put('law', 'bdot')
+      call group%put('gain', [gain])
       call put_held(group, field, sample, limit)
       code = add(system, 'controller', group, .false.)
    end function nutate_system_add_detumbling
@@ -220,16 +220,9 @@ contains
       type(group_t), intent(inout) :: group
       real(wp), intent(in), optional :: field(3)
       real(wp), intent(in) :: sample, limit
-      if (present(field)) call put_numbers(group, 'field', field)
-      if (given(sample)) call put_numbers(group, 'sample', [sample])
-      if (is_finite_or_bad(limit)) call put_numbers(group, 'limit', [limit])
+      call group%put('field', field)
+      if (given(sample)) call group%put('sample', [sample])
+      if (is_finite_or_bad(limit)) call group%put('limit', [limit])
    end subroutine put_held
-
-   !> Returns false for zero; NaN is treated as given, and is rejected later.
-   pure logical function given(x)
-      real(wp), intent(in) :: x
-      given = ieee_is_nan(x)
-      if (.not. given) given = abs(x) > 0.0_wp
-   end function given
 
 end module nutate_c_satellites

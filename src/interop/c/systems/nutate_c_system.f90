@@ -5,7 +5,7 @@ module nutate_c_system
    use nutate_admissible, only: admits, ANY_DIRECTION
    use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: c_curved_potential_t, c_potential_t, c_torque_t
-   use nutate_c_groups, only: add_groups, make_body_of, parse_system, put_numbers, put_text
+   use nutate_c_groups, only: add_groups, make_body_of, parse_system
    use nutate_c_handles, only: conclude, copy_system, found, is_taken, null_argument, open_slot, report, &
       system_handle_t, SYSTEM_MARK
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
@@ -22,7 +22,7 @@ module nutate_c_system
    public :: nutate_system_create_moments, nutate_system_create_tensor, nutate_system_create_shape, &
       nutate_system_parse, nutate_system_copy, nutate_system_destroy, nutate_system_body, nutate_system_add_groups, &
       nutate_system_add_potential, nutate_system_add_user_torque
-   public :: keep_system, add_callback_potential, add_callback_torque
+   public :: keep_system, add_callback_potential, add_callback_torque, given
 
 contains
 
@@ -34,7 +34,7 @@ contains
       type(c_ptr), intent(in), value :: system, message
       integer(c_size_t), intent(in), value :: size
       type(group_t) :: group
-      if (present(moments)) call put_numbers(group, 'inertia', moments)
+      call group%put('inertia', moments)
       call put_rest(group, mass, center_of_mass, about_center)
       code = create(group, present(moments), 'moments', system, message, size)
    end function nutate_system_create_moments
@@ -47,7 +47,7 @@ contains
       type(c_ptr), intent(in), value :: system, message
       integer(c_size_t), intent(in), value :: size
       type(group_t) :: group
-      if (present(tensor)) call put_numbers(group, 'inertia_tensor', tensor)
+      call group%put('inertia_tensor', tensor)
       call put_rest(group, mass, center_of_mass, about_center)
       code = create(group, present(tensor), 'tensor', system, message, size)
    end function nutate_system_create_tensor
@@ -72,12 +72,12 @@ contains
          if (n_lengths >= 0) n = min(n, n_lengths)
          call c_f_pointer(lengths, numbers, [n])
          call copy_text(shape, name)
-         call put_text(group, 'shape', name)
-         call put_numbers(group, 'size', numbers)
+         call group%put('shape', name)
+         call group%put('size', numbers)
       end if
-      if (given(mass)) call put_numbers(group, 'mass', [mass])
-      if (given(density)) call put_numbers(group, 'density', [density])
-      if (present(center_of_mass)) call put_numbers(group, 'center_of_mass', center_of_mass)
+      if (given(mass)) call group%put('mass', [mass])
+      if (given(density)) call group%put('density', [density])
+      call group%put('center_of_mass', center_of_mass)
       code = create(group, complete, 'shape or lengths', system, message, size)
    end function nutate_system_create_shape
 
@@ -195,9 +195,9 @@ contains
       real(wp), intent(in) :: mass
       real(wp), intent(in), optional :: center_of_mass(3)
       integer(c_int), intent(in) :: about_center
-      if (given(mass)) call put_numbers(group, 'mass', [mass])
-      if (present(center_of_mass)) call put_numbers(group, 'center_of_mass', center_of_mass)
-      if (about_center /= 0) call put_text(group, 'inertia_about', 'center_of_mass')
+      if (given(mass)) call group%put('mass', [mass])
+      call group%put('center_of_mass', center_of_mass)
+      if (about_center /= 0) call group%put('inertia_about', 'center_of_mass')
    end subroutine put_rest
 
    !> Makes the body that a group describes and its handle.

@@ -2,7 +2,7 @@
 module nutate_c_system_effects
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use nutate_c_groups, only: add_effect_of, put_numbers
+   use nutate_c_groups, only: add_effect_of
    use nutate_c_handles, only: conclude, found, system_handle_t
    use nutate_c_text, only: lock_texts, unlock_texts
    use nutate_keys, only: group_t
@@ -22,17 +22,17 @@ contains
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(in), optional :: acceleration(3)
       type(group_t) :: group
-      call put(group, 'acceleration', acceleration)
-      code = add(system, 'gravity', group, missing_of(acceleration))
+      call group%put('acceleration', acceleration)
+      code = add(system, 'gravity', group, .not. present(acceleration))
    end function nutate_system_add_gravity
 
    integer(c_int) function nutate_system_add_dipole(system, moment, field) result(code) bind(C)
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(in), optional :: moment(3), field(3)
       type(group_t) :: group
-      call put(group, 'moment', moment)
-      call put(group, 'field', field)
-      code = add(system, 'dipole', group, missing_of(moment) .or. missing_of(field))
+      call group%put('moment', moment)
+      call group%put('field', field)
+      code = add(system, 'dipole', group, .not. (present(moment) .and. present(field)))
    end function nutate_system_add_dipole
 
    integer(c_int) function nutate_system_add_gravity_gradient(system, direction, strength) result(code) bind(C)
@@ -40,9 +40,9 @@ contains
       real(c_double), intent(in), optional :: direction(3)
       real(c_double), intent(in), value :: strength
       type(group_t) :: group
-      call put(group, 'direction', direction)
-      call put_numbers(group, 'strength', [strength])
-      code = add(system, 'gravity_gradient', group, missing_of(direction))
+      call group%put('direction', direction)
+      call group%put('strength', [strength])
+      code = add(system, 'gravity_gradient', group, .not. present(direction))
    end function nutate_system_add_gravity_gradient
 
    integer(c_int) function nutate_system_add_spring(system, body_point, anchor, stiffness, rest_length) result(code) &
@@ -51,19 +51,19 @@ contains
       real(c_double), intent(in), optional :: body_point(3), anchor(3)
       real(c_double), intent(in), value :: stiffness, rest_length
       type(group_t) :: group
-      call put(group, 'body_point', body_point)
-      call put(group, 'anchor', anchor)
-      call put_numbers(group, 'stiffness', [stiffness])
-      call put_numbers(group, 'rest_length', [rest_length])
-      code = add(system, 'spring', group, missing_of(body_point) .or. missing_of(anchor))
+      call group%put('body_point', body_point)
+      call group%put('anchor', anchor)
+      call group%put('stiffness', [stiffness])
+      call group%put('rest_length', [rest_length])
+      code = add(system, 'spring', group, .not. (present(body_point) .and. present(anchor)))
    end function nutate_system_add_spring
 
    integer(c_int) function nutate_system_add_damping(system, coefficient) result(code) bind(C)
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(in), optional :: coefficient(3)
       type(group_t) :: group
-      call put(group, 'coefficient', coefficient)
-      code = add(system, 'damping', group, missing_of(coefficient))
+      call group%put('coefficient', coefficient)
+      code = add(system, 'damping', group, .not. present(coefficient))
    end function nutate_system_add_damping
 
    integer(c_int) function nutate_system_add_torque(system, torque, in_space, frequency, phase, start, stop) &
@@ -74,23 +74,23 @@ contains
       real(c_double), intent(in), value :: frequency, phase, start, stop
       type(group_t) :: group
       if (in_space /= 0) then
-         call put(group, 'space', torque)
+         call group%put('space', torque)
       else
-         call put(group, 'body', torque)
+         call group%put('body', torque)
       end if
-      call put_numbers(group, 'frequency', [frequency])
-      call put_numbers(group, 'phase', [phase])
-      if (is_finite_or_bad(-start)) call put_numbers(group, 'start', [start])
-      if (is_finite_or_bad(stop)) call put_numbers(group, 'stop', [stop])
-      code = add(system, 'torque', group, missing_of(torque))
+      call group%put('frequency', [frequency])
+      call group%put('phase', [phase])
+      if (is_finite_or_bad(-start)) call group%put('start', [start])
+      if (is_finite_or_bad(stop)) call group%put('stop', [stop])
+      code = add(system, 'torque', group, .not. present(torque))
    end function nutate_system_add_torque
 
    integer(c_int) function nutate_system_add_rotor(system, momentum) result(code) bind(C)
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(in), optional :: momentum(3)
       type(group_t) :: group
-      call put(group, 'momentum', momentum)
-      code = add(system, 'rotor', group, missing_of(momentum))
+      call group%put('momentum', momentum)
+      code = add(system, 'rotor', group, .not. present(momentum))
    end function nutate_system_add_rotor
 
    integer(c_int) function nutate_system_bound_potential(system, gradient, hessian, third) result(code) bind(C)
@@ -119,20 +119,6 @@ contains
       is_finite_or_bad = ieee_is_nan(x)
       if (.not. is_finite_or_bad) is_finite_or_bad = x <= huge(x)
    end function is_finite_or_bad
-
-   !> Returns true if the argument is null.
-   pure logical function missing_of(vector)
-      real(wp), intent(in), optional :: vector(3)
-      missing_of = .not. present(vector)
-   end function missing_of
-
-   !> Puts a vector into a group, if it is present.
-   subroutine put(group, name, vector)
-      type(group_t), intent(inout) :: group
-      character(len=*), intent(in) :: name
-      real(wp), intent(in), optional :: vector(3)
-      if (present(vector)) call put_numbers(group, name, vector)
-   end subroutine put
 
    !> Adds the effect that a group describes.
    integer(c_int) function add(system, name, group, missing) result(code)

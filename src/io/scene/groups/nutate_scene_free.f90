@@ -72,9 +72,10 @@ contains
       allocate (quaternion%values(4))
       quaternion%values%number = plan%attitude
       associate (group => plan%numbers%groups(i))
-         group%settings = pack(group%settings, [(all(group%settings(k)%name /= attitude_forms), k=1, &
-            size(group%settings))])
-         group%settings = [group%settings, quaternion]
+         do k = 1, size(attitude_forms)
+            call group%drop(trim(attitude_forms(k)))
+         end do
+         call group%put(quaternion)
       end associate
    end subroutine prepare_attitude
 

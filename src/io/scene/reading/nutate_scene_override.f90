@@ -1,14 +1,14 @@
 !> Overrides of a scene: `GROUP.KEY=VALUE` sets a key, `-GROUP.KEY` removes it. `GROUP.N` instead of GROUP is the N-th
 !> group of this name.
 module nutate_scene_override
-   use nutate_keys, only: group_t, group_kind_t, key_t, setting_t, KEY_TEXT
+   use nutate_keys, only: group_t, group_kind_t, key_t, name_length, setting_t, KEY_TEXT
    use nutate_printable, only: quoted
    use nutate_scene_check, only: resize
    use nutate_scene_error, only: scene_error_t, LINE_OF_SET, LINE_OF_UNSET
    use nutate_scene_lexer, only: lexer_t, token_t, TOKEN_END
    use nutate_scene_names, only: find_key, find_kind, number_of
    use nutate_scene_values, only: read_values
-   use nutate_spelling, only: count_text, is_listed
+   use nutate_spelling, only: count_text, split_list
    implicit none
    private
 
@@ -37,7 +37,8 @@ contains
       if (error%raised) return
       if (index(override, '-') == 1) then
          call find_name(override(2:), 'GROUP.KEY', LINE_OF_UNSET, kinds, groups, at, error)
-         if (.not. error%raised) call remove_key(at, kinds(at%kind)%keys(at%key)%name, groups)
+         if (error%raised .or. at%group == 0) return
+         call groups(at%group)%drop(trim(kinds(at%kind)%keys(at%key)%name))
          return
       end if
       equals = index(override, '=')
@@ -160,8 +161,8 @@ contains
       type(key_t), intent(in) :: key
       type(setting_t), intent(in) :: setting
       type(group_t), allocatable, intent(inout) :: groups(:)
-      type(setting_t), allocatable :: settings(:)
-      integer :: i, j, n
+      character(len=name_length), allocatable :: others(:)
+      integer :: i, j
 
       i = place
       if (i == 0) then
@@ -170,38 +171,12 @@ contains
          groups(i)%name = name
          allocate (groups(i)%settings(0))
       end if
+      others = split_list(key%instead_of)
+      do j = 1, size(others)
+         if (groups(i)%line_of(trim(others(j))) /= LINE_OF_SET) call groups(i)%drop(trim(others(j)))
+      end do
       ! The setting goes behind the others: where two keys exclude each other, the later one is at fault.
-      allocate (settings(size(groups(i)%settings) + 1))
-      n = 0
-      do j = 1, size(groups(i)%settings)
-         associate (other => groups(i)%settings(j))
-            if (other%name == setting%name) cycle
-            if (other%line /= LINE_OF_SET .and. is_listed(trim(other%name), key%instead_of)) cycle
-            n = n + 1
-            settings(n) = other
-         end associate
-      end do
-      settings(n + 1) = setting
-      groups(i)%settings = settings(1:n + 1)
+      call groups(i)%put(setting)
    end subroutine put
-
-   !> Removes a key from a group, if both are there.
-   subroutine remove_key(at, key, groups)
-      type(place_t), intent(in) :: at
-      character(len=*), intent(in) :: key
-      type(group_t), intent(inout) :: groups(:)
-      type(setting_t), allocatable :: settings(:)
-      integer :: i, j, n
-      i = at%group
-      if (i == 0) return
-      allocate (settings(size(groups(i)%settings)))
-      n = 0
-      do j = 1, size(groups(i)%settings)
-         if (groups(i)%settings(j)%name == key) cycle
-         n = n + 1
-         settings(n) = groups(i)%settings(j)
-      end do
-      groups(i)%settings = settings(1:n)
-   end subroutine remove_key
 
 end module nutate_scene_override

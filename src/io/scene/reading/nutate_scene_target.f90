@@ -147,7 +147,7 @@ contains
          setting%line = line
          setting%kind = key%kind
          allocate (setting%values(key%most))
-         group%settings = [group%settings, setting]
+         call group%put(setting)
       end associate
    end subroutine find_setting
 
