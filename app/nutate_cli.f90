@@ -200,7 +200,7 @@ contains
       integer :: i, width
 
       ! The mark of `--unset` needs one more character.
-      width = longest(arguments) + 1
+      width = maxval([0, (len(arguments(i)%text), i=1, size(arguments))]) + 1
       allocate (character(len=width) :: command%overrides(0))
       given = .false.
       is_word = .false.
@@ -224,16 +224,6 @@ contains
          call parse_words(pack(arguments, is_word), given, command)
       end if
    end subroutine parse_arguments
-
-   !> Returns the length of the longest argument.
-   pure integer function longest(arguments)
-      type(argument_t), intent(in) :: arguments(:)
-      integer :: i
-      longest = 0
-      do i = 1, size(arguments)
-         longest = max(longest, len(arguments(i)%text))
-      end do
-   end function longest
 
    !> Returns the position of an option in the table; 0 if it is not there.
    pure integer function option_number(name, verb)
@@ -323,7 +313,8 @@ contains
          command%checkpoint = value
          if (value == '') command%error = '--checkpoint needs the name of a file'
       case ('--every-seconds')
-         call set_seconds(name, value, 0.0_wp, '0', command%every_seconds, command%error)
+         call set_number(name, value, 0.0_wp, 1e6_wp, 'not a time (expected 0 to 1e6 s)', command%every_seconds, &
+                         command%error)
       case ('--resume')
          if (.not. has_value) then
             command%goes_on = .true.
@@ -357,7 +348,8 @@ contains
       type(command_t), intent(inout) :: command
       select case (name)
       case ('--seconds')
-         call set_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
+         call set_number(name, value, 0.1_wp, 1e6_wp, 'not a time (expected 0.1 to 1e6 s)', command%seconds, &
+                         command%error)
       case ('--evaluations')
          call set_count(name, value, 'a number of evaluations', command%evaluations, command%error)
       case ('--max-steps')
@@ -382,7 +374,8 @@ contains
       else if (value == 'orbit') then
          command%period = -1.0_wp
       else
-         call set_positive(name, value, 1e-9_wp, 1e15_wp, '1e-9 to 1e15 s, or orbit', command%period, command%error)
+         call set_number(name, value, 1e-9_wp, 1e15_wp, 'out of its range (expected 1e-9 to 1e15 s, or orbit)', &
+                         command%period, command%error)
       end if
    end subroutine set_linear
 
@@ -393,6 +386,7 @@ contains
       type(command_t), intent(inout) :: command
       !> Body axes by their number, and 4 added to it.
       character(len=2), parameter :: axes(7) = ['-3', '-2', '-1', '  ', '1 ', '2 ', '3 ']
+      real(wp) :: time
       select case (name)
       case ('--plot')
          command%plot = value
@@ -403,7 +397,8 @@ contains
          command%columns = value
          if (value == '') command%error = '--columns needs names of columns (--columns energy,omega3)'
       case ('--from')
-         call set_begin(value, command)
+         command%begin = value
+         call set_number(name, value, -huge(1.0_wp), huge(1.0_wp), 'not a time (expected seconds)', time, command%error)
       case ('--residuals')
          command%residuals = .true.
       case ('--xy')
@@ -418,17 +413,6 @@ contains
          command%title = value
       end select
    end subroutine set_drawing
-
-   !> Stores the first time of an animation.
-   subroutine set_begin(value, command)
-      character(len=*), intent(in) :: value
-      type(command_t), intent(inout) :: command
-      real(wp) :: time
-      character(len=:), allocatable :: problem
-      call read_real(value, time, problem)
-      command%begin = value
-      if (problem /= '') command%error = '--from '//quoted(value)//' is not a time (expected seconds)'
-   end subroutine set_begin
 
    !> Stores an option of `nutate export`: a file, the scene, or a setting of a format.
    subroutine set_export(name, value, command)
@@ -447,27 +431,29 @@ contains
          if (.not. is_listed(value, aem_versions)) command%error = name//' '//quoted(value)// &
             ' is not available (expected '//comma_list(split_list(aem_versions))//')'
       case ('--speed')
-         call set_positive(name, value, 1e-9_wp, 1e12_wp, '1e-9 to 1e12', command%speed, command%error)
+         call set_number(name, value, 1e-9_wp, 1e12_wp, 'out of its range (expected 1e-9 to 1e12)', command%speed, &
+                         command%error)
       case default
-         call set_positive(name, value, 1e-12_wp, 1.0_wp, '1e-12 to 1 rad', command%error_between, command%error)
+         call set_number(name, value, 1e-12_wp, 1.0_wp, 'out of its range (expected 1e-12 to 1 rad)', &
+                         command%error_between, command%error)
       end select
       if (value == '') command%error = name//' needs the name of a file'
    end subroutine set_export
 
    !> Stores a number between two limits.
-   subroutine set_positive(name, value, least, most, range, number, error)
+   subroutine set_number(name, value, least, most, fault, number, error)
       !> Option and its value.
       character(len=*), intent(in) :: name, value
       real(wp), intent(in) :: least, most
-      !> Limits in words.
-      character(len=*), intent(in) :: range
+      !> What another value is, and what is expected, in words.
+      character(len=*), intent(in) :: fault
       real(wp), intent(inout) :: number
       character(len=:), allocatable, intent(inout) :: error
       character(len=:), allocatable :: problem
       call read_real(value, number, problem)
       if (problem == '' .and. number >= least .and. number <= most) return
-      error = name//' '//quoted(value)//' is out of its range (expected '//range//')'
-   end subroutine set_positive
+      error = name//' '//quoted(value)//' is '//fault
+   end subroutine set_number
 
    !> Stores a positive count.
    subroutine set_count(name, value, meaning, count, error)
@@ -498,22 +484,6 @@ contains
       if (colon == 0 .or. allocated(error) .or. command%first > command%last) &
          command%error = '--members '//quoted(value)//' is not a range of members (expected A:B, such as 1:1000)'
    end subroutine set_members
-
-   !> Stores a time, s.
-   subroutine set_seconds(name, value, least, least_text, seconds, error)
-      !> Option and its value.
-      character(len=*), intent(in) :: name, value
-      !> Shortest time, s, as a number and as a string.
-      real(wp), intent(in) :: least
-      character(len=*), intent(in) :: least_text
-      real(wp), intent(inout) :: seconds
-      character(len=:), allocatable, intent(inout) :: error
-      real(wp), parameter :: most = 1e6_wp
-      character(len=:), allocatable :: problem
-      call read_real(value, seconds, problem)
-      if (problem == '' .and. seconds >= least .and. seconds <= most) return
-      error = name//' '//quoted(value)//' is not a time (expected '//least_text//' to 1e6 s)'
-   end subroutine set_seconds
 
    !> Parses the words that are not options: the command, which may be left out, and the scene.
    subroutine parse_words(words, given, command)
