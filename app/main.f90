@@ -39,8 +39,7 @@ contains
       call get_arguments(arguments)
       call parse_arguments(arguments, command)
       if (allocated(command%error)) then
-         call say_error('nutate: '//command%error)
-         exit_code = EXIT_INPUT
+         call say_error('nutate: '//command%error, exit_code, EXIT_INPUT)
          return
       end if
       select case (command%verb)

@@ -71,8 +71,7 @@ contains
       if (status%ok()) call propagate_free_parameters(scene, run, exit_code)
       if (status%ok() .and. exit_code == EXIT_SUCCESS) call run%follow_chaos(scene%chaos, scene%system, status)
       if (.not. status%ok()) then
-         call say_error(printable_path(scene%file)//': '//trim(status%message))
-         exit_code = EXIT_INPUT
+         call say_error(printable_path(scene%file)//': '//trim(status%message), exit_code, EXIT_INPUT)
       end if
       if (exit_code /= EXIT_SUCCESS) return
       scene%integrator = run%summary%settings
@@ -89,8 +88,7 @@ contains
       call add_notes(page, scene)
       call show_page(page, STANDARD_OUTPUT, exit_code)
       if (refusal == '' .or. exit_code /= EXIT_SUCCESS) return
-      call say_error('nutate: '//printable_path(scene%file)//': '//refusal)
-      exit_code = EXIT_INPUT
+      call say_error('nutate: '//printable_path(scene%file)//': '//refusal, exit_code, EXIT_INPUT)
    end subroutine check_command
 
    subroutine add_body(page, scene)

@@ -3,13 +3,15 @@ module nutate_console
    use nutate_decimal, only: rounded_text
    use nutate_files, only: write_text, STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_kinds, only: wp, long, pi
+   use nutate_printable, only: printable_path
+   use nutate_spelling, only: count_text
    use nutate_status, only: status_t
    use nutate_table, only: table_t
    implicit none
    private
 
-   public :: page_t, say_error, show_page, count_text, rate_text, vector_text, plural, EXIT_SUCCESS, EXIT_INPUT, &
-             EXIT_RUN, EXIT_OUTPUT, EXIT_SIGNAL
+   public :: page_t, report_file, say_error, show_page, count_text, rate_text, vector_text, plural, EXIT_SUCCESS, &
+             EXIT_INPUT, EXIT_RUN, EXIT_OUTPUT, EXIT_SIGNAL
 
    !> Exit codes: success; error in the command line or the scene; run that failed half-way; output that cannot be
    !> written.
@@ -67,25 +69,28 @@ contains
       exit_code = EXIT_SUCCESS
       call write_text(descriptor, page%lines%text()//new_line('a'), status)
       if (status%ok() .or. descriptor /= STANDARD_OUTPUT) return
-      call say_error('nutate: cannot write to standard output: '//trim(status%message))
-      exit_code = EXIT_OUTPUT
+      call say_error('nutate: cannot write to standard output: '//trim(status%message), exit_code, EXIT_OUTPUT)
    end subroutine show_page
 
-   !> Writes one line to standard error.
-   subroutine say_error(text)
+   !> Writes one line to standard error, and sets the exit code if there is one.
+   subroutine say_error(text, exit_code, new_code)
       character(len=*), intent(in) :: text
+      !> Exit code, and its new value; both are present, or none.
+      integer, intent(inout), optional :: exit_code
+      integer, intent(in), optional :: new_code
       type(status_t) :: status
       call write_text(STANDARD_ERROR, text//new_line('a'), status)
+      if (present(exit_code)) exit_code = new_code
    end subroutine say_error
 
-   !> Returns a count as a string.
-   pure function count_text(n) result(text)
-      integer(long), intent(in) :: n
-      character(len=:), allocatable :: text
-      character(len=20) :: digits
-      write (digits, '(i0)') n
-      text = trim(digits)
-   end function count_text
+   !> Reports a file that could not be written, if it could not.
+   subroutine report_file(name, status, exit_code)
+      character(len=*), intent(in) :: name
+      type(status_t), intent(in) :: status
+      integer, intent(inout) :: exit_code
+      if (.not. status%ok()) call say_error( &
+         'nutate: cannot write '//printable_path(name)//': '//trim(status%message), exit_code, EXIT_OUTPUT)
+   end subroutine report_file
 
    !> Returns a count with its noun: `1 row`, `2 rows`.
    pure function plural(n, noun) result(text)

@@ -2,7 +2,7 @@
 module nutate_cost_command
    use nutate_scene_loading, only: add_space_axes, propagated_fault, load_scene
    use nutate_cli, only: command_t
-   use nutate_console, only: page_t, plural, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
+   use nutate_console, only: page_t, plural, report_file, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SIGNAL, &
       EXIT_SUCCESS
    use nutate_control, only: needs_control
    use nutate_cost_report, only: add_answer, cost_csv_t, method_label, add_reference, add_table
@@ -11,7 +11,7 @@ module nutate_cost_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_gnuplot, only: picture_t
    use nutate_outputs, only: outputs_t, picture_kind, COSTS
-   use nutate_plot_command, only: open_picture, report_file
+   use nutate_plot_command, only: open_picture
    use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
    use nutate_run_watcher, only: progress_bar_t, caught_signal, signal_name, stop_watcher_t, watch_signals
@@ -237,8 +237,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer, intent(inout) :: exit_code
       if (propagated_fault(scene) == '') return
-      call say_error(propagated_fault(scene))
-      exit_code = EXIT_INPUT
+      call say_error(propagated_fault(scene), exit_code, EXIT_INPUT)
    end subroutine refuse_derivatives
 
    !> Rejects a scene whose events switch effects: the study runs without events, so its motion would differ.
@@ -250,15 +249,13 @@ contains
          if (scene%events%slots(i)%item%action == 0) cycle
          call say_error('nutate: '//printable_path(scene%file)// &
             ': a cost study does not support events, and the scene has '// &
-                        'effects that events switch (expected no switch)')
-         exit_code = EXIT_INPUT
+                        'effects that events switch (expected no switch)', exit_code, EXIT_INPUT)
          return
       end do
       if (.not. needs_control(scene%system%effects)) return
       call say_error('nutate: '//printable_path(scene%file)// &
                      ': a cost study supports neither limits nor samples (expected no speed_limit '// &
-                     'in &wheel, no sample and no limits in &controller)')
-      exit_code = EXIT_INPUT
+                     'in &wheel, no sample and no limits in &controller)', exit_code, EXIT_INPUT)
    end subroutine refuse_switches
 
 end module nutate_cost_command

@@ -2,7 +2,7 @@
 module nutate_cost_report
    use nutate_console, only: count_text, page_t
    use nutate_decimal, only: decimal_length, decimal_t, rounded_text
-   use nutate_outputs, only: discard_file
+   use nutate_outputs, only: close_file, discard_file
    use nutate_files, only: output_file_t
    use nutate_invariants, only: conserved_momentum, NO_COMPONENT
    use nutate_kinds, only: long, wp
@@ -444,12 +444,10 @@ contains
                row(decimal, points(i), study%reference, components /= NO_COMPONENT), status)
          end do
       end do
-      if (status%ok() .and. complete) then
-         call self%file%finish(status)
-      else if (status%ok()) then
+      if (status%ok() .and. .not. complete) then
          call self%file%abandon(status)
       else
-         call discard_file(self%file)
+         call close_file(self%file, status)
       end if
    end subroutine write
 

@@ -3,13 +3,12 @@ module nutate_export_command
    use nutate_aem_writing, only: aem_fault, write_aem
    use nutate_attitude_rows, only: attitude_rows_t, is_unit, put_in_order, to_inertial_axes
    use nutate_cli, only: command_t
-   use nutate_console, only: say_error, count_text, EXIT_INPUT, EXIT_SUCCESS
+   use nutate_console, only: count_text, report_file, say_error, EXIT_INPUT, EXIT_SUCCESS
    use nutate_export_facts, only: export_facts_t, facts_of_scene, parse_facts
    use nutate_gltf_writing, only: gltf_fault, write_gltf
    use nutate_history_plot, only: name_length, read_history, read_names, recorded_t
-   use nutate_kinds, only: wp, long, pi
+   use nutate_kinds, only: wp, pi
    use nutate_outputs, only: outputs_t, AEM, GLTF
-   use nutate_plot_command, only: report_file
    use nutate_printable, only: printable_path
    use nutate_quaternion, only: quat_normalized
    use nutate_resampling, only: resample
@@ -57,8 +56,7 @@ contains
          if (problem /= '') problem = 'nutate: '//printable_path(command%scene)//': '//problem
       end if
       if (problem /= '') then
-         call say_error(problem)
-         exit_code = EXIT_INPUT
+         call say_error(problem, exit_code, EXIT_INPUT)
          return
       end if
       call write_files(command, rows, facts, exit_code)
@@ -183,7 +181,7 @@ contains
                problem = 't is out of order (expected rows in the order of the run)'
          end if
          if (problem == '') cycle
-         problem = printable_path(path)//':'//count_text(i + 1_long)//': '//problem
+         problem = printable_path(path)//':'//count_text(i + 1)//': '//problem
          return
       end do
    end subroutine check_rows

@@ -1,9 +1,9 @@
 !> `nutate fit`: reads a scene and its measurements, fits the free parameters, writes the files.
 module nutate_fit_command
    use nutate_cli, only: command_t
-   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SUCCESS
+   use nutate_console, only: count_text, page_t, report_file, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SUCCESS
    use nutate_decimal, only: exact_text
-   use nutate_outputs, only: discard_file, outputs_t, picture_kind, FITTED, RESIDUALS
+   use nutate_outputs, only: close_file, outputs_t, picture_kind, write_whole, FITTED, RESIDUALS
    use nutate_files, only: output_file_t, STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_fit, only: fit_scene, fit_t
    use nutate_fit_plan, only: ATTITUDES
@@ -12,7 +12,7 @@ module nutate_fit_command
    use nutate_fit_warning, only: misfit_text
    use nutate_gnuplot, only: picture_t
    use nutate_kinds, only: wp
-   use nutate_plot_command, only: open_picture, report_file
+   use nutate_plot_command, only: open_picture
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
@@ -21,7 +21,7 @@ module nutate_fit_command
    implicit none
    private
 
-   public :: write_residuals, write_fitted_scene, fit_command
+   public :: fit_command
 
 contains
 
@@ -42,11 +42,7 @@ contains
             at = at + fit%problem%residuals(i)%measurement%width()
          end do
       end do
-      if (status%ok()) then
-         call file%finish(status)
-      else
-         call discard_file(file)
-      end if
+      call close_file(file, status)
    end subroutine write_residuals
 
    !> Writes the residuals of a row.
@@ -60,7 +56,6 @@ contains
       type(status_t), intent(inout) :: status
       real(wp), allocatable :: measured(:), model(:)
       character(len=:), allocatable :: line
-      character(len=12) :: number
       integer :: c
       associate (measurement => fit%problem%residuals(i)%measurement)
          associate (residuals => fit%result%residuals(before + 1:before + measurement%width()))
@@ -71,9 +66,8 @@ contains
                measured = measurement%rows(:, k)
             end if
             model = measured + measurement%sigma*residuals
-            write (number, '(i0)') i
             do c = 1, size(model)
-               line = trim(number)//','//exact_text(measurement%times(k))//','
+               line = count_text(i)//','//exact_text(measurement%times(k))//','
                if (measurement%kind == ATTITUDES) then
                   line = line//'rotation'//achar(iachar('0') + c)
                else
@@ -86,24 +80,6 @@ contains
          end associate
       end associate
    end subroutine put_row
-
-   !> Writes the scene with the fitted parameters. Errors: `NUTATE_IO`.
-   subroutine write_fitted_scene(fit, scene, name, status)
-      type(fit_t), intent(in) :: fit
-      !> The scene that was fitted.
-      type(scene_t), intent(in) :: scene
-      character(len=*), intent(in) :: name
-      type(status_t), intent(out) :: status
-      type(output_file_t) :: file
-      call file%open(name, status)
-      if (status%ok()) call file%put_line('! nutate fit of '//printable_path(scene%file), status)
-      if (status%ok()) call file%put_line(scene_text(fit%problem%model%present_groups(), scene%file, name), status)
-      if (status%ok()) then
-         call file%finish(status)
-      else
-         call discard_file(file)
-      end if
-   end subroutine write_fitted_scene
 
    !> Fits a scene, shows the result, and writes the files.
    subroutine fit_command(command, exit_code)
@@ -177,8 +153,8 @@ contains
       type(picture_t), intent(inout) :: picture
       integer, intent(inout) :: exit_code
       type(status_t) :: status
-      call write_fitted_scene(fit, scene, fitted_name, status)
-      call report_file(fitted_name, status, exit_code)
+      call write_whole('! nutate fit of '//printable_path(scene%file)//new_line('a')// &
+                       scene_text(fit%problem%model%present_groups(), scene%file, fitted_name), fitted_name, exit_code)
       call write_residuals(fit, csv, status)
       call report_file(csv, status, exit_code)
       if (.not. allocated(command%plot)) return

@@ -103,7 +103,6 @@ contains
       !> Standard error, above 0.
       real(wp), intent(in) :: error
       character(len=:), allocatable :: text
-      character(len=8) :: power
       integer :: exponent, decimals
       exponent = floor(log10(max(abs(value), error)))
       decimals = max(0, exponent + 1 - floor(log10(error)))
@@ -111,9 +110,8 @@ contains
          decimals = max(0, decimals - exponent)
          text = fixed(value, decimals)//' ± '//fixed(error, decimals)
       else
-         write (power, '(i0)') exponent
          text = '('//fixed(value*10.0_wp**(-exponent), decimals)//' ± '//fixed(error*10.0_wp**(-exponent), decimals)// &
-                ')E'//trim(power)
+                ')E'//count_text(exponent)
       end if
    end function value_with_error
 

@@ -1,9 +1,10 @@
 !> Pictures drawn by gnuplot: the file, the script that draws it, and quoted strings.
 module nutate_gnuplot
    use nutate_console, only: count_text
-   use nutate_outputs, only: discard_file
+   use nutate_outputs, only: close_file, discard_file
    use nutate_files, only: output_file_t
    use nutate_kinds, only: long
+   use nutate_spelling, only: escaped
    use nutate_status, only: status_t, fail, NUTATE_IO
    implicit none
    private
@@ -123,11 +124,7 @@ contains
          if (exit_status /= 0 .or. command_status /= 0) status = fail(NUTATE_IO, 'gnuplot failed to draw it')
       end if
       call discard_file(self%script)
-      if (status%ok()) then
-         call self%picture%finish(status)
-      else
-         call discard_file(self%picture)
-      end if
+      call close_file(self%picture, status)
    end subroutine draw
 
    !> Discards the files.
@@ -141,32 +138,14 @@ contains
    pure function gnuplot_quoted(text) result(quoted)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: quoted
-      quoted = in_quotes(text, "''")
+      quoted = "'"//escaped(text, "'", "'")//"'"
    end function gnuplot_quoted
 
    !> Returns a string in single quotes for the shell.
    pure function shell_quoted(text) result(quoted)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: quoted
-      quoted = in_quotes(text, "'\''")
+      quoted = "'"//escaped(text, "'", "'\'")//"'"
    end function shell_quoted
-
-   !> Returns a string in single quotes.
-   pure function in_quotes(text, apostrophe) result(quoted)
-      character(len=*), intent(in) :: text
-      !> Replacement of an apostrophe.
-      character(len=*), intent(in) :: apostrophe
-      character(len=:), allocatable :: quoted
-      integer :: i
-      quoted = "'"
-      do i = 1, len(text)
-         if (text(i:i) == "'") then
-            quoted = quoted//apostrophe
-         else
-            quoted = quoted//text(i:i)
-         end if
-      end do
-      quoted = quoted//"'"
-   end function in_quotes
 
 end module nutate_gnuplot

@@ -5,14 +5,13 @@ module nutate_linearize_command
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_RUN, &
       EXIT_SUCCESS
    use nutate_decimal, only: rounded_text
-   use nutate_outputs, only: discard_file, outputs_t, LINEARIZATION
+   use nutate_outputs, only: outputs_t, write_whole, LINEARIZATION
    use nutate_equilibria, only: equilibria_t
-   use nutate_files, only: output_file_t, STANDARD_ERROR, STANDARD_OUTPUT
+   use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_kinds, only: long, pi, wp
    use nutate_linearization, only: linearization_t
    use nutate_linearization_json, only: json_of, json_of_equilibria
    use nutate_periodic_start, only: on_circle, periodic_start_t
-   use nutate_plot_command, only: report_file
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
    use nutate_scene_linearization, only: linearize_scene, scene_equilibria
@@ -241,8 +240,8 @@ contains
       end if
       if (.not. command%quiet) call show_page(page, merge(STANDARD_ERROR, STANDARD_OUTPUT, to_output), exit_code)
       if (.not. allocated(command%json)) return
-      if (command%equilibria) call write_json(json_of_equilibria(found), command%json, exit_code)
-      if (.not. command%equilibria) call write_json(json_of(linear), command%json, exit_code)
+      if (command%equilibria) call write_whole(json_of_equilibria(found), command%json, exit_code)
+      if (.not. command%equilibria) call write_whole(json_of(linear), command%json, exit_code)
    end subroutine linearize_command
 
    !> Rejects file names that would overwrite an input, a file of another kind or each other.
@@ -255,23 +254,5 @@ contains
       if (allocated(command%json)) call files%add(command%json, LINEARIZATION)
       call files%report(exit_code)
    end subroutine check_names
-
-   !> Writes JSON.
-   subroutine write_json(text, name, exit_code)
-      character(len=*), intent(in) :: text
-      !> Path, or `-` for standard output.
-      character(len=*), intent(in) :: name
-      integer, intent(inout) :: exit_code
-      type(output_file_t) :: file
-      type(status_t) :: status
-      call file%open(name, status)
-      if (status%ok()) call file%put_line(text, status)
-      if (status%ok()) then
-         call file%finish(status)
-      else
-         call discard_file(file)
-      end if
-      call report_file(name, status, exit_code)
-   end subroutine write_json
 
 end module nutate_linearize_command

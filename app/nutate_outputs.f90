@@ -1,7 +1,7 @@
 !> The files that a command reads and writes. Each output has its own name, is none of the inputs, and replaces only a
 !> file of the same kind, which is recognised by its first bytes.
 module nutate_outputs
-   use nutate_console, only: say_error, EXIT_INPUT
+   use nutate_console, only: report_file, say_error, EXIT_INPUT
    use nutate_files, only: goes_to_file, output_file_t, partial_name, same_file
    use nutate_kinds, only: long
    use nutate_printable, only: printable_path
@@ -14,7 +14,8 @@ module nutate_outputs
    implicit none
    private
 
-   public :: discard_file, outputs_t, EVENTS, HISTORY, ROWS, ROWS_AS_CSV, MEANS, COSTS, PAGE, CHECKPOINT, LISTING, &
+   public :: close_file, discard_file, write_whole
+   public :: outputs_t, EVENTS, HISTORY, ROWS, ROWS_AS_CSV, MEANS, COSTS, PAGE, CHECKPOINT, LISTING, &
              AEM, GLTF, RESIDUALS, FITTED, LINEARIZATION, picture_kind
 
    !> Kinds of output files: positions in `kinds`.
@@ -96,6 +97,31 @@ contains
       if (iostat /= 0) file%partial = ''
    end subroutine discard_file
 
+   !> Completes a file if the status is a success, else removes what was written. Errors: `NUTATE_IO`.
+   subroutine close_file(file, status)
+      type(output_file_t), intent(inout) :: file
+      type(status_t), intent(inout) :: status
+      if (status%ok()) then
+         call file%finish(status)
+      else
+         call discard_file(file)
+      end if
+   end subroutine close_file
+
+   !> Writes a file that consists of one text, and reports it if that fails.
+   subroutine write_whole(text, name, exit_code)
+      character(len=*), intent(in) :: text
+      !> Path, or `-` for standard output.
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: exit_code
+      type(output_file_t) :: file
+      type(status_t) :: status
+      call file%open(name, status)
+      if (status%ok()) call file%put_line(text, status)
+      call close_file(file, status)
+      call report_file(name, status, exit_code)
+   end subroutine write_whole
+
    !> Adds a file that is read.
    subroutine read_file(self, name, words)
       class(outputs_t), intent(inout) :: self
@@ -171,8 +197,7 @@ contains
       !> Exit code, changed if there is a problem.
       integer, intent(inout) :: exit_code
       if (self%problem == '') return
-      call say_error('nutate: '//self%problem)
-      exit_code = EXIT_INPUT
+      call say_error('nutate: '//self%problem, exit_code, EXIT_INPUT)
    end subroutine report
 
    !> Returns the kind of a picture with this name.

@@ -2,7 +2,7 @@
 module nutate_plot_command
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
-   use nutate_console, only: say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_SUCCESS
+   use nutate_console, only: report_file, say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_SUCCESS
    use nutate_decimal, only: rounded_text
    use nutate_free_variations, only: usual_sets
    use nutate_gnuplot, only: gnuplot_is_here, is_picture, picture_t
@@ -17,13 +17,13 @@ module nutate_plot_command
    use nutate_run_watcher, only: stop_watcher_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene, propagate_free_parameters
-   use nutate_spelling, only: nearest_name, split_list
+   use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: fail, status_t, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
-   public :: open_picture, report_file, plot_command, draw_file, add_picture_sets, sample_rows
+   public :: open_picture, plot_command, draw_file, add_picture_sets, sample_rows
 
    !> Columns of the angular velocity in body axes.
    character(len=name_length), parameter :: rates(6) = [character(len=name_length) :: &
@@ -65,17 +65,6 @@ contains
          exit_code = EXIT_OUTPUT
       end if
    end subroutine open_picture
-
-   !> Reports a file that cannot be written; does nothing on success.
-   subroutine report_file(name, status, exit_code)
-      character(len=*), intent(in) :: name
-      type(status_t), intent(in) :: status
-      !> Exit code, changed on failure.
-      integer, intent(inout) :: exit_code
-      if (status%ok()) return
-      call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
-      exit_code = EXIT_OUTPUT
-   end subroutine report_file
 
    !> Draws a history that was written before.
    subroutine plot_command(command, exit_code)
@@ -183,8 +172,7 @@ contains
       call read_drawn(command, file, history, problem, sampled)
       if (problem /= '') then
          call picture%discard()
-         call say_error('nutate: '//problem)
-         exit_code = EXIT_INPUT
+         call say_error('nutate: '//problem, exit_code, EXIT_INPUT)
          return
       end if
       shown = title
@@ -353,7 +341,7 @@ contains
          found = columns_named(trim(words(i)), names)
          if (.not. any(found)) then
             problem = ': there is no column '//quoted(trim(words(i)))// &
-                      hint(names(2:), nearest_name(trim(words(i)), names))
+                      ' (expected '//comma_list(names(2:))//hint(words(i), names)//')'
          else if (allocated(command%xy) .and. count(found) > 1) then
             problem = ': '//quoted(trim(words(i)))//' is a set of columns (expected one column'//': '// &
                       trim(names(findloc(found, .true., dim=1)))//', ...)'
@@ -370,20 +358,12 @@ contains
       if (.not. allocated(command%xy)) wanted = pack(names, chosen)
    end subroutine choose_columns
 
-   !> Returns what to write in the place of an unknown name: the columns of the history, and the nearest one.
-   pure function hint(names, nearest) result(text)
-      character(len=*), intent(in) :: names(:)
-      !> Nearest known name; blank if there is none.
-      character(len=*), intent(in) :: nearest
+   !> Returns the known name that a word probably means, as the end of a message; blank if none is near.
+   pure function hint(word, names) result(text)
+      character(len=*), intent(in) :: word, names(:)
       character(len=:), allocatable :: text
-      integer :: i
-      text = ' (expected '
-      do i = 1, size(names)
-         if (i > 1) text = text//', '
-         text = text//trim(names(i))
-      end do
-      if (nearest /= '') text = text//'; nearest: '//trim(nearest)
-      text = text//')'
+      text = nearest_name(trim(word), names)
+      if (text /= '') text = '; nearest: '//trim(text)
    end function hint
 
    !> Adds the sets that the options of a picture request to those of a scene. Errors: `NUTATE_BAD_ARGUMENT` for an
@@ -397,7 +377,6 @@ contains
       type(columns_t) :: columns
       character(len=name_length), allocatable :: words(:), names(:)
       character(len=name_length) :: set
-      character(len=:), allocatable :: nearest
       integer :: i
       sets = [character(len=name_length) :: scene%output%columns]
       words = words_of(command)
@@ -408,10 +387,8 @@ contains
          if (any(columns_named(trim(words(i)), names))) cycle
          set = set_with(trim(words(i)), scene%system%effects)
          if (set == '') then
-            nearest = nearest_name(trim(words(i)), names)
-            if (nearest /= '') nearest = '; nearest: '//trim(nearest)
             status = fail(NUTATE_BAD_ARGUMENT, 'there is no column '//quoted(trim(words(i)))// &
-                          ' (expected a column or a set of columns'//nearest//')')
+                          ' (expected a column or a set of columns'//hint(words(i), names)//')')
             return
          end if
          if (.not. any(sets == set)) sets = [sets, set]
@@ -420,20 +397,18 @@ contains
    end subroutine add_picture_sets
 
    !> Repeats a run for its picture, if its rows are too far apart for smooth curves or lack a column.
-   subroutine sample_rows(command, first, sampled, found)
+   subroutine sample_rows(command, first, sampled)
       type(command_t), intent(in) :: command
       !> Scene of the run, after it.
       type(scene_t), intent(in) :: first
-      type(recorded_t), intent(out) :: sampled
-      !> False if the rows of the history are drawn.
-      logical, intent(out) :: found
+      !> Rows of the repeated run; not allocated if those of the history are drawn.
+      type(recorded_t), allocatable, intent(out) :: sampled
       type(scene_t) :: scene
       type(status_t) :: status
       character(len=name_length), allocatable :: sets(:)
       real(wp) :: t(2), needed
       logical :: lacks
       integer :: exit_code, i, rows
-      found = .false.
       if (allocated(command%resume)) return
       call load_scene(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
@@ -446,7 +421,7 @@ contains
       rows = int(min(max(needed, real(least_rows, wp)), real(most_rows, wp)))
       scene%plan%times = [(t(1) + (t(2) - t(1))*(real(i, wp)/rows), i=0, rows - 1), t(2)]
       scene%output%columns = sets
-      call run_again(scene, rows + 1, sampled, found)
+      call run_again(scene, rows + 1, sampled)
    end subroutine sample_rows
 
    !> Finds the times of a history, and how many rows its motion needs: 0 if its own are near enough.
@@ -475,13 +450,12 @@ contains
    end subroutine find_need
 
    !> Runs a scene and keeps its rows.
-   subroutine run_again(scene, rows, sampled, found)
+   subroutine run_again(scene, rows, sampled)
       type(scene_t), intent(inout) :: scene
       !> Greatest number of rows.
       integer, intent(in) :: rows
-      type(recorded_t), intent(out) :: sampled
-      !> False if the run failed.
-      logical, intent(out) :: found
+      !> Rows of the run; not allocated if it failed.
+      type(recorded_t), allocatable, intent(out) :: sampled
       type(run_t) :: run
       type(row_keeper_t) :: keeper
       type(status_t) :: status
@@ -494,8 +468,7 @@ contains
       if (status%ok()) call run%find_steps(scene%system, status, keeper)
       if (status%ok()) call keeper%columns%choose(scene%output%columns, status, scene%output%degrees, &
                                                   scene%system%effects, scene%propagated())
-      found = status%ok() .and. exit_code == EXIT_SUCCESS
-      if (.not. found) return
+      if (.not. status%ok() .or. exit_code /= EXIT_SUCCESS) return
       allocate (keeper%values(keeper%columns%width, rows))
       keeper%rows = 0
       keeper%observes_every_step = keeper%columns%follows_steps
@@ -504,7 +477,8 @@ contains
       call keeper%columns%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                                 scene%plan%end_time < scene%initial%t)
       call run%run_to_end(scene%system, status, keeper)
-      found = status%ok() .and. keeper%rows > 1
+      if (.not. status%ok() .or. keeper%rows < 2) return
+      allocate (sampled)
       sampled%names = [character(len=name_length) :: split_list(keeper%columns%header())]
       sampled%values = transpose(keeper%values(:, :keeper%rows))
    end subroutine run_again

@@ -3,7 +3,7 @@ module nutate_plot_panels
    use nutate_effect_list, only: effect_list_t
    use nutate_quantities, only: component_colours, component_of, find_missing, numbered, quantities, quantity_t, &
       set_of, GREY, Q_CONJUGATE_MOMENTUM, Q_EULER, Q_QUATERNION
-   use nutate_spelling, only: split_list
+   use nutate_spelling, only: escaped, split_list
    implicit none
    private
 
@@ -171,11 +171,7 @@ contains
       symbols = ''
       if (at > 0) symbols = numbered(quantities(max(at, 1))%symbols, quantities(max(at, 1)))
       if (symbols == '') then
-         symbol = ''
-         do i = 1, len_trim(name)
-            if (scan(name(i:i), '_^{}@&~\') > 0) symbol = symbol//'\'
-            symbol = symbol//name(i:i)
-         end do
+         symbol = escaped(trim(name), '_^{}@&~\', '\')
          return
       end if
       i = 1

@@ -2,8 +2,8 @@
 module nutate_run_command
    use nutate_byte_archive, only: byte_archive_t
    use nutate_cli, only: command_t
-   use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS, &
-      count_text
+   use nutate_console, only: count_text, report_file, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, &
+      EXIT_SIGNAL, EXIT_SUCCESS
    use nutate_event_history, only: events_name
    use nutate_notes, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
@@ -76,14 +76,9 @@ contains
       type(scene_t), intent(in) :: scene
       type(picture_t), intent(inout) :: picture
       integer, intent(inout) :: exit_code
-      type(recorded_t) :: sampled
-      logical :: found
-      call sample_rows(command, scene, sampled, found)
-      if (found) then
-         call draw_file(command, scene%output%file, command%plot, scene%title, picture, exit_code, sampled)
-      else
-         call draw_file(command, scene%output%file, command%plot, scene%title, picture, exit_code)
-      end if
+      type(recorded_t), allocatable :: sampled
+      call sample_rows(command, scene, sampled)
+      call draw_file(command, scene%output%file, command%plot, scene%title, picture, exit_code, sampled)
    end subroutine draw_run
 
    !> Claims the file of the picture before any time is spent.
@@ -99,8 +94,7 @@ contains
          call say_error('nutate: --plot '//printable_path(command%plot)//': '//trim(status%message))
          exit_code = EXIT_INPUT
       else if (.not. goes_to_file(scene%output%file)) then
-         call say_error('nutate: --plot needs rows in a file (expected --output FILE)')
-         exit_code = EXIT_INPUT
+         call say_error('nutate: --plot needs rows in a file (expected --output FILE)', exit_code, EXIT_INPUT)
       else
          call open_picture(command%plot, picture, exit_code)
       end if
@@ -123,8 +117,7 @@ contains
       if (status%ok()) call propagate_free_parameters(scene, run, exit_code)
       if (status%ok() .and. exit_code == EXIT_SUCCESS) call run%follow_chaos(scene%chaos, scene%system, status)
       if (.not. status%ok()) then
-         call say_error(printable_path(scene%file)//': '//trim(status%message))
-         exit_code = EXIT_INPUT
+         call say_error(printable_path(scene%file)//': '//trim(status%message), exit_code, EXIT_INPUT)
          return
       end if
       if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call find_steps(command, scene, run, exit_code)
@@ -224,8 +217,7 @@ contains
       integer(long) :: rows
       rows = rows_of(scene, known_steps(scene, run))
       if (rows > most_rows(scene)) then
-         call say_error('nutate: '//printable_path(scene%file)//': '//too_many_rows(scene, rows))
-         exit_code = EXIT_INPUT
+         call say_error('nutate: '//printable_path(scene%file)//': '//too_many_rows(scene, rows), exit_code, EXIT_INPUT)
          return
       end if
       text = expectation_text(scene, run)
@@ -260,8 +252,7 @@ contains
          rows = scene%output%file
          if (allocated(watcher%file%partial)) rows = watcher%file%partial
          call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(rows)// &
-                        ': '//trim(status%message))
-         exit_code = EXIT_INPUT
+                        ': '//trim(status%message), exit_code, EXIT_INPUT)
       else if (caught_signal() /= 0) then
          call report_signal(scene)
          exit_code = EXIT_SIGNAL + caught_signal()
@@ -300,14 +291,11 @@ contains
       end if
       if (status%ok()) return
       call watcher%abandon(closing)
-      exit_code = EXIT_OUTPUT
-      if (allocated(archive)) exit_code = EXIT_INPUT
       if (allocated(archive)) then
          call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(name)// &
-            ': '// &
-                        trim(status%message))
+                        ': '//trim(status%message), exit_code, EXIT_INPUT)
       else
-         call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+         call report_file(name, status, exit_code)
       end if
    end subroutine open_events
 
@@ -373,8 +361,7 @@ contains
       exit_code = EXIT_SUCCESS
       call close_events(watcher, .true., status)
       if (.not. status%ok()) then
-         exit_code = EXIT_OUTPUT
-         call say_error('nutate: cannot write '//printable_path(events_file(scene))//': '//trim(status%message))
+         call report_file(events_file(scene), status, exit_code)
          call watcher%abandon(status)
          return
       end if

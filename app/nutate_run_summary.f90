@@ -33,14 +33,10 @@ contains
       type(status_t), intent(in) :: status
       !> Location of the rows, as `kept_rows` returns it.
       character(len=*), intent(in), optional :: kept
-      character(len=:), allocatable :: name
-      name = printable_path(scene%output%file)
-      if (name == '-') name = 'standard output'
-      if (present(kept)) then
-         call say_error('nutate: cannot write '//name//': '//trim(status%message)//kept)
-      else
-         call say_error('nutate: cannot write '//name//': '//trim(status%message))
-      end if
+      character(len=:), allocatable :: line
+      line = 'nutate: cannot write '//output_name(scene)//': '//trim(status%message)
+      if (present(kept)) line = line//kept
+      call say_error(line)
    end subroutine report_output
 
    !> Reports that the checkpoint cannot be written or removed.
@@ -264,16 +260,8 @@ contains
    subroutine add_chaos(page, chaos)
       type(page_t), intent(inout) :: page
       type(chaos_t), intent(in) :: chaos
-      character(len=:), allocatable :: text
-      real(wp) :: rates(chaos%n)
-      integer :: i
-      rates = chaos%lyapunov()
-      text = rounded_text(rates(1), 6)
-      do i = 2, chaos%n
-         text = text//', '//rounded_text(rates(i), 6)
-      end do
       call page%item(trim(merge('Lyapunov exponent ', 'Lyapunov exponents', chaos%n == 1)), &
-                     text//' 1/s, over '//rounded_text(chaos%time)//' s')
+                     vector_text(chaos%lyapunov())//' 1/s, over '//rounded_text(chaos%time)//' s')
       call page%item('MEGNO', rounded_text(chaos%megno(), 6)//', time-averaged; tends to 2 for regular motion')
       call page%item('FLI', rounded_text(chaos%fli(), 6)//', maximum of ln(|X(t)|/|X(0)|)')
    end subroutine add_chaos

@@ -119,7 +119,6 @@ contains
    !> Returns the name of the signal that requested the stop.
    function signal_name() result(name)
       character(len=:), allocatable :: name
-      character(len=12) :: number
       select case (caught_signal())
       case (1)
          name = 'SIGHUP'
@@ -128,8 +127,7 @@ contains
       case (15)
          name = 'SIGTERM'
       case default
-         write (number, '(i0)') caught_signal()
-         name = 'signal '//trim(number)
+         name = 'signal '//count_text(int(caught_signal()))
       end select
    end function signal_name
 

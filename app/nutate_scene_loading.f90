@@ -75,16 +75,14 @@ contains
       exit_code = EXIT_SUCCESS
       call read_scene_of(command, scene, status, message)
       if (.not. status%ok()) then
-         call say_error(message)
-         exit_code = EXIT_INPUT
+         call say_error(message, exit_code, EXIT_INPUT)
          return
       end if
       if (.not. allocated(command%output)) return
       scene%output%file = command%output
       if (format_fault(command%output) == '') return
       call say_error('nutate: --output '//printable_path(command%output)//' '//format_fault(command%output)// &
-                     ' (expected a name such as '//scene%name//'.csv)')
-      exit_code = EXIT_INPUT
+                     ' (expected a name such as '//scene%name//'.csv)', exit_code, EXIT_INPUT)
    end subroutine load_scene
 
    !> Gives a run the sensitivities that its history shows, if any. Reports a parameter without derivative in one line.
@@ -104,8 +102,7 @@ contains
          if (.not. status%ok()) call error%raise_status(scene%fit%free(1)%line, status)
       end if
       if (.not. error%raised) return
-      call say_error(naming_options(error_line(scene%file, error)))
-      exit_code = EXIT_INPUT
+      call say_error(naming_options(error_line(scene%file, error)), exit_code, EXIT_INPUT)
    end subroutine propagate_free_parameters
 
    !> Returns the error message, in a line, if only `nutate run` can write the columns of a scene; else an empty string.

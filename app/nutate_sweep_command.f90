@@ -1,7 +1,8 @@
 !> `nutate sweep SCENE`: runs the members of an ensemble.
 module nutate_sweep_command
    use nutate_cli, only: command_t
-   use nutate_console, only: count_text, say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
+   use nutate_console, only: count_text, report_file, say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
+      EXIT_SUCCESS
    use nutate_decimal, only: decimal_t
    use nutate_event_history, only: events_name
    use nutate_files, only: file_exists, partial_name, write_text, STANDARD_OUTPUT
@@ -41,8 +42,7 @@ contains
       workers%threads = command%threads
       call read_ensemble(command, scene, message)
       if (message /= '') then
-         call say_error(message)
-         exit_code = EXIT_INPUT
+         call say_error(message, exit_code, EXIT_INPUT)
          return
       end if
       exit_code = EXIT_SUCCESS
@@ -121,8 +121,7 @@ contains
          problem = "the scene keeps no rows (expected rows = 'final' in &ensemble)"
       end if
       if (problem == '') return
-      call say_error('nutate: '//problem)
-      exit_code = EXIT_INPUT
+      call say_error('nutate: '//problem, exit_code, EXIT_INPUT)
    end subroutine check_wishes
 
    !> Returns true for a file name with the ending of CSV.
@@ -239,17 +238,14 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(inout) :: exit_code
       if (status%code == NUTATE_STOPPED) then
-         exit_code = EXIT_SIGNAL + caught_signal()
          call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; '// &
                         count_text(sweep%members_done)//' of '//count_text(sweep%last - sweep%first + 1)// &
                         ' members are in '//printable_path(name)//'.partial ('//trim(workers%program)// &
-                        ' sweep --resume continues)')
+                        ' sweep --resume continues)', exit_code, EXIT_SIGNAL + caught_signal())
       else if (status%code == NUTATE_IO) then
-         exit_code = EXIT_OUTPUT
-         call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+         call report_file(name, status, exit_code)
       else
-         exit_code = EXIT_INPUT
-         call say_error('nutate: '//trim(status%message))
+         call say_error('nutate: '//trim(status%message), exit_code, EXIT_INPUT)
       end if
    end subroutine give_up
 
@@ -305,12 +301,11 @@ contains
       type(sweep_progress_t), intent(in), optional :: watcher
       type(sweep_t), intent(in), optional :: sweep
       type(status_t) :: status
-      if (allocated(command%csv)) call write_csv(name, layout, last - first + 1, command%csv, status)
-      if (.not. status%ok()) then
-         exit_code = EXIT_OUTPUT
-         call say_error('nutate: cannot write '//printable_path(command%csv)//': '//trim(status%message))
-         return
+      if (allocated(command%csv)) then
+         call write_csv(name, layout, last - first + 1, command%csv, status)
+         call report_file(command%csv, status, exit_code)
       end if
+      if (.not. status%ok()) return
       call show_summary(scene, layout, last - first + 1, name, command%quiet, exit_code, watcher, sweep)
    end subroutine finish_output
 
@@ -326,7 +321,7 @@ contains
       call merge_parts(scene, name, parts, status)
       if (status%ok()) then
          if (.not. command%quiet) call say_error(printable_path(name)//': merged from '// &
-                                                 count_text(int(parts, long))//' files')
+                                                 count_text(parts)//' files')
          call make_layout(scene, layout, status)
          call finish_output(command, scene, layout, 1_long, scene%ensemble%members, name, exit_code)
       else
@@ -360,11 +355,9 @@ contains
       if (name /= '-') call write_text(STANDARD_OUTPUT, header_line(layout)//new_line('a')// &
                                        csv_line(layout, decimal, fields)//new_line('a'), status)
       if (.not. status%ok()) then
-         exit_code = EXIT_OUTPUT
-         call say_error('nutate: '//trim(status%message))
+         call say_error('nutate: '//trim(status%message), exit_code, EXIT_OUTPUT)
       else if (.not. reason%ok()) then
-         exit_code = EXIT_RUN
-         call say_error('nutate: member '//count_text(command%member)//': '//trim(reason%message))
+         call say_error('nutate: member '//count_text(command%member)//': '//trim(reason%message), exit_code, EXIT_RUN)
       end if
    end subroutine run_one
 

@@ -182,8 +182,7 @@ contains
          sums = sweep%sums
       end if
       if (.not. status%ok()) then
-         exit_code = EXIT_OUTPUT
-         call say_error('nutate: '//printable_path(name)//': '//trim(status%message))
+         call say_error('nutate: '//printable_path(name)//': '//trim(status%message), exit_code, EXIT_OUTPUT)
          return
       end if
       if (sums%codes(0) == 0) exit_code = EXIT_RUN

@@ -41,8 +41,7 @@ contains
       call execute_command_line(line//' -- '//shell_quoted(command%scene), exitstat=exit_code, cmdstat=command_status)
       if (command_status /= 0) exit_code = EXIT_OUTPUT
       if (all(exit_code /= [EXIT_SUCCESS, EXIT_INPUT, EXIT_RUN, EXIT_OUTPUT])) then
-         call say_error('nutate: python3 failed to show '//printable_path(command%scene))
-         exit_code = EXIT_OUTPUT
+         call say_error('nutate: python3 failed to show '//printable_path(command%scene), exit_code, EXIT_OUTPUT)
       end if
    end subroutine view_command
 
