@@ -12,8 +12,7 @@ module nutate_scene_frame
    use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
-   use nutate_scene_table, only: path_beside
-   use nutate_text_file, only: read_text_file
+   use nutate_scene_table, only: read_named_file
    implicit none
    private
 
@@ -69,17 +68,8 @@ contains
       character(len=:), allocatable :: path, text, problem
       logical :: has_place
       integer :: far
-      if (group%text('attitude', '') == '') then
-         call error%raise(group%line_of('attitude'), 'attitude is blank', expected='the name of an AEM')
-         return
-      end if
-      path = path_beside(scene, group%text('attitude', ''))
-      call read_text_file(path, text, problem)
-      if (problem /= '') then
-         call error%raise(group%line_of('attitude'), 'attitude '//quoted(path)//' cannot be read', &
-                          expected='an AEM; '//problem)
-         return
-      end if
+      call read_named_file(group, 'attitude', scene, 'an AEM', path, text, error)
+      if (error%raised) return
       call read_records(text, path, labels, rows, problem, has_place)
       if (problem /= '') then
          call error%raise(group%line_of('attitude'), problem)

@@ -13,11 +13,10 @@ module nutate_scene_measurement
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
-   use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside, read_number
+   use nutate_scene_table, only: begin_of, count_lines, next_field, read_named_file, read_number
    use nutate_spelling, only: comma_list, count_text, nearest_name, split_list
    use nutate_table_units, only: conversion, split_header, units_of
    use nutate_status, only: status_t
-   use nutate_text_file, only: read_text_file
    implicit none
    private
 
@@ -214,17 +213,8 @@ contains
       integer, allocatable :: fields(:)
       real(wp), allocatable :: factors(:)
       integer :: position, i
-      if (group%text('file', '') == '') then
-         call error%raise(group%line_of('file'), 'file is blank', expected='the name of a CSV file or an AEM')
-         return
-      end if
-      measurement%file = path_beside(scene, group%text('file', ''))
-      call read_text_file(measurement%file, text, problem)
-      if (problem /= '') then
-         call error%raise(group%line_of('file'), 'file '//quoted(measurement%file)//' cannot be read', &
-                          expected='a CSV file or an AEM; '//problem)
-         return
-      end if
+      call read_named_file(group, 'file', scene, 'a CSV file or an AEM', measurement%file, text, error)
+      if (error%raised) return
       if (is_message(text)) then
          call take_message(group, end_time, labels, text, effects, measurement, error)
          return

@@ -4,8 +4,7 @@ module nutate_scene_cases
    use nutate_kinds, only: wp
    use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t
-   use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside, read_row
-   use nutate_text_file, only: read_text_file
+   use nutate_scene_table, only: begin_of, count_lines, next_field, read_named_file, read_row
    implicit none
    private
 
@@ -30,18 +29,8 @@ contains
       character(len=:), allocatable :: text, problem
       integer :: position, line
 
-      path = ''
-      if (group%text('table', '') == '') then
-         call error%raise(group%line_of('table'), 'table is blank', expected='the name of a CSV file')
-         return
-      end if
-      path = path_beside(scene, group%text('table', ''))
-      call read_text_file(path, text, problem)
-      if (problem /= '') then
-         call error%raise(group%line_of('table'), 'table '//quoted(path)//' cannot be read', &
-                          expected='a CSV file; '//problem)
-         return
-      end if
+      call read_named_file(group, 'table', scene, 'a CSV file', path, text, error)
+      if (error%raised) return
       position = begin_of(text)
       call read_names(text, position, names, problem)
       if (problem == '') then

@@ -21,7 +21,7 @@ module nutate_scene_table
    private
 
    public :: read_table, read_effect_table, parse_table, path_beside, begin_of, count_lines, next_field, read_row
-   public :: read_number
+   public :: read_named_file, read_number
 
    !> Units of the columns: a time and the components of a torque; a time alone.
    character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
@@ -151,21 +151,12 @@ contains
       type(scene_error_t), intent(inout) :: error
       !> Number of first columns that a table may have alone; default: it has all of them.
       integer, intent(in), optional :: least
-      character(len=:), allocatable :: path, text, reason
+      character(len=:), allocatable :: path, text
       integer :: columns
 
       if (error%raised) return
-      if (group%text(key, '') == '') then
-         call error%raise(group%line_of(key), key//' is blank', expected='the name of a CSV file')
-         return
-      end if
-      path = path_beside(folder, group%text(key, ''))
-      call read_text_file(path, text, reason)
-      if (reason /= '') then
-         call error%raise(group%line_of(key), key//' '//quoted(path)//' cannot be read', &
-                          expected='a CSV file; '//reason)
-         return
-      end if
+      call read_named_file(group, key, folder, 'a CSV file', path, text, error)
+      if (error%raised) return
       if (allocated(group%table)) deallocate (group%table)
       allocate (group%table)
       columns = size(units)
@@ -175,6 +166,29 @@ contains
       call parse_table(text, path, units(:columns), group%table, error)
       if (.not. error%raised) group%table%checksum = checksum(text)
    end subroutine read_table
+
+   !> Reads the file that a key names. Raises an error if the name is blank, or the file cannot be read.
+   subroutine read_named_file(group, key, scene, kind, path, text, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: key
+      !> Path of the scene, or its folder with `/` at the end.
+      character(len=*), intent(in) :: scene
+      !> Kind of the file, for messages: `a CSV file`.
+      character(len=*), intent(in) :: kind
+      !> Path of the file and its text.
+      character(len=:), allocatable, intent(out) :: path, text
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: reason
+      path = ''
+      if (group%text(key, '') == '') then
+         call error%raise(group%line_of(key), key//' is blank', expected='the name of '//kind)
+         return
+      end if
+      path = path_beside(scene, group%text(key, ''))
+      call read_text_file(path, text, reason)
+      if (reason /= '') call error%raise(group%line_of(key), key//' '//quoted(path)//' cannot be read', &
+                                         expected=kind//'; '//reason)
+   end subroutine read_named_file
 
    !> Returns the path of a file that a scene names, relative to the working directory.
    pure function path_beside(scene, name) result(path)
