@@ -10,7 +10,7 @@ module nutate_keys
    implicit none
    private
 
-   public :: key_t, value_t, setting_t, table_t, group_t, group_kind_t, name_length
+   public :: key_t, value_t, setting_t, table_t, group_t, group_kind_t, first_group, name_length
    public :: KEY_REAL, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
 
    !> Longest name of a group or key.
@@ -300,6 +300,16 @@ contains
       setting%values(1)%text = text
       call self%put(setting)
    end subroutine put_text
+
+   !> Returns the first group of a name; a group without keys if there is none.
+   pure function first_group(groups, name) result(group)
+      type(group_t), intent(in) :: groups(:)
+      character(len=*), intent(in) :: name
+      type(group_t) :: group
+      integer :: i
+      i = findloc(groups%name, name, dim=1)
+      if (i > 0) group = groups(i)
+   end function first_group
 
    subroutine drop(self, name)
       class(group_t), intent(inout) :: self

@@ -13,7 +13,7 @@ module nutate_c_stepper
    use nutate_effect_list, only: effect_list_t
    use nutate_free_variations, only: free_variations, shows_derivatives
    use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state, system_t
-   use nutate_keys, only: name_length
+   use nutate_keys, only: first_group, name_length
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, in_words, greatest_number
    use nutate_progress, only: start_run
@@ -260,15 +260,12 @@ contains
       character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
       type(propagated_t) :: propagated
-      integer :: i
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
       handle%run%requested = from%scene%integrator
       handle%run%summary%settings = handle%run%requested
       handle%plan = from%scene%plan
       handle%events = from%scene%events
-      do i = 1, size(from%scene%groups)
-         if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
-      end do
+      handle%group = first_group(from%scene%groups, 'integrator')
       propagated = from%scene%propagated()
       call set_propagated(handle, propagated)
       call set_chaos(handle, from%scene%chaos)

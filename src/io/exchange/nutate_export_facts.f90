@@ -2,7 +2,7 @@
 module nutate_export_facts
    use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_keys, only: group_t, group_kind_t
+   use nutate_keys, only: first_group, group_t, group_kind_t
    use nutate_kinds, only: wp
    use nutate_scene, only: scene_t, scene_kinds
    use nutate_scene_body, only: build_body
@@ -67,11 +67,11 @@ contains
       do i = 1, size(overrides)
          call apply_override(trim(overrides(i)), kinds, groups, error)
       end do
-      if (.not. error%raised) call build_labels(named(groups, 'scene'), facts%labels, error)
+      if (.not. error%raised) call build_labels(first_group(groups, 'scene'), facts%labels, error)
       if (.not. error%raised .and. any(groups%name == 'body')) then
          i = findloc(groups%name, 'body', dim=1)
          call read_effect_table(groups(i), name(:index(name, '/', back=.true.)), error)
-         if (.not. error%raised) call build_body(named(groups, 'body'), body, shape, error)
+         if (.not. error%raised) call build_body(first_group(groups, 'body'), body, shape, error)
          if (.not. error%raised) call take_body(groups, body, shape, facts)
       end if
       message = ''
@@ -79,16 +79,6 @@ contains
       message = error_line(name, error)
       status = fail(NUTATE_BAD_SCENE, message)
    end subroutine parse_facts
-
-   !> Returns the group of a name; one without keys if there is none.
-   pure function named(groups, name) result(group)
-      type(group_t), intent(in) :: groups(:)
-      character(len=*), intent(in) :: name
-      type(group_t) :: group
-      integer :: i
-      i = findloc(groups%name == name, .true., dim=1)
-      if (i > 0) group = groups(i)
-   end function named
 
    !> Stores a body with the lengths of its shape.
    subroutine take_body(groups, body, shape, facts)
@@ -100,7 +90,7 @@ contains
       facts%has_body = .true.
       facts%body = body
       facts%shape = shape
-      group = named(groups, 'body')
+      group = first_group(groups, 'body')
       facts%size = group%vector('size', spread(0.0_wp, 1, group%count_of('size')))
    end subroutine take_body
 

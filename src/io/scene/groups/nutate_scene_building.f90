@@ -4,7 +4,7 @@ submodule(nutate_scene) nutate_scene_building
    use nutate_control, only: beyond_accuracy, needs_control
    use nutate_decimal, only: rounded_text
    use nutate_hamiltonian, only: make_state
-   use nutate_keys, only: name_length
+   use nutate_keys, only: first_group, name_length
    use nutate_kinds, only: wp
    use nutate_moving_frame, only: moving_frame_t
    use nutate_printable, only: printable_path
@@ -99,18 +99,14 @@ contains
       kinds(4)%keys = integrator_keys()
       kinds(5)%keys = output_keys()
       kinds(6)%keys = event_keys()
-      kinds(6)%repeatable = .true.
       kinds(7)%keys = ensemble_keys()
       kinds(8)%keys = vary_keys()
-      kinds(8)%repeatable = .true.
       kinds(9)%keys = free_keys()
-      kinds(9)%repeatable = .true.
       kinds(10)%keys = measurement_keys()
-      kinds(10)%repeatable = .true.
       kinds(11)%keys = fit_keys()
       kinds(12)%keys = chaos_keys()
       kinds(13)%keys = frame_keys
-      kinds(13)%repeatable = .true.
+      kinds([6, 8, 9, 10, 13])%repeatable = .true.
       kinds(2:4)%required = .true.
    end procedure scene_kinds
 
@@ -446,24 +442,11 @@ contains
       end do
    end subroutine read_times
 
-   !> Returns the first group of a name; a group without keys if there is none.
-   pure function first_group(groups, name) result(group)
-      type(group_t), intent(in) :: groups(:)
-      character(len=*), intent(in) :: name
-      type(group_t) :: group
-      integer :: i
-      i = place_of(groups, name)
-      if (i > 0) group = groups(i)
-   end function first_group
-
    !> Returns the index of the first group of a name; 0 if there is none.
    pure integer function place_of(groups, name) result(i)
       type(group_t), intent(in) :: groups(:)
       character(len=*), intent(in) :: name
-      do i = 1, size(groups)
-         if (groups(i)%name == name) return
-      end do
-      i = 0
+      i = findloc(groups%name, name, dim=1)
    end function place_of
 
    !> Returns the file name of a path without folder and `.nml`.
