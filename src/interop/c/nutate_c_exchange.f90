@@ -14,7 +14,7 @@ module nutate_c_exchange
    use nutate_gltf_writing, only: write_gltf
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, most_rows
-   use nutate_scene_labels, only: label_of
+   use nutate_scene_labels, only: label_keys, label_of
    use nutate_spelling, only: escaped, is_listed
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NO_MEMORY, &
       NUTATE_OK
@@ -291,15 +291,14 @@ contains
    function facts_text(rows) result(text)
       type(attitude_rows_t), intent(in) :: rows
       character(len=:), allocatable :: text, value
-      character(len=*), parameter :: keys(6) = [character(len=12) :: 'epoch', 'time_system', 'object', 'object_id', &
-                                                'space_frame', 'body_frame']
       integer :: i
       text = ''
-      do i = 1, size(keys)
-         call label_of(rows%labels, trim(keys(i)), value)
+      do i = 1, size(label_keys)
+         if (label_keys(i)%name == 'title') cycle
+         call label_of(rows%labels, trim(label_keys(i)%name), value)
          if (value == '') cycle
          if (text /= '') text = text//', '
-         text = text//trim(keys(i))//" = '"//escaped(value, "'", "'")//"'"
+         text = text//trim(label_keys(i)%name)//" = '"//escaped(value, "'", "'")//"'"
       end do
       text = '&scene '//text//' /'
    end function facts_text

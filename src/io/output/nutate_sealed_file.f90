@@ -9,7 +9,7 @@ module nutate_sealed_file
    implicit none
    private
 
-   public :: write_sealed, read_sealed
+   public :: bytes_of, write_sealed, read_sealed
 
    !> Number of bytes of a length, and of a checksum.
    integer, parameter :: number_bytes = storage_size(1_long)/8
@@ -68,6 +68,7 @@ contains
       kind = signature(1:index(signature, ' ', back=.true.))
    end function kind_of
 
+   !> Returns the bytes of a number, as it is in memory.
    pure function bytes_of(number) result(bytes)
       integer(long), intent(in) :: number
       character(len=number_bytes) :: bytes

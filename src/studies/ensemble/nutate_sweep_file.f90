@@ -7,6 +7,7 @@ module nutate_sweep_file
    use nutate_files, only: output_file_t, partial_name
    use nutate_kinds, only: long
    use nutate_printable, only: printable_path
+   use nutate_sealed_file, only: bytes_of
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -215,11 +216,5 @@ contains
       if (iostat /= 0) bytes = ''
       close (unit)
    end subroutine read_bytes
-
-   pure function bytes_of(number) result(bytes)
-      integer(long), intent(in) :: number
-      character(len=word) :: bytes
-      bytes = transfer(number, bytes)
-   end function bytes_of
 
 end module nutate_sweep_file

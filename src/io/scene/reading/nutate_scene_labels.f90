@@ -108,13 +108,8 @@ contains
       if (.not. labels%epoch%is_set()) return
       last = labels%epoch%after(end_time)
       if (last%is_set()) return
-      if (labels%epoch%system == 'UTC') then
-         call error%raise(group%line_of('epoch'), 'end_time leaves the calendar', &
-                          expected='a run within the years 1972 to 9999 of UTC')
-      else
-         call error%raise(group%line_of('epoch'), 'end_time leaves the calendar', &
-                          expected='a run within the years 1583 to 9999')
-      end if
+      call error%raise(group%line_of('epoch'), 'end_time leaves the calendar', expected='a run within the years '// &
+                       trim(merge('1972 to 9999 of UTC', '1583 to 9999       ', labels%epoch%system == 'UTC')))
    end subroutine check_calendar
 
 end module nutate_scene_labels
