@@ -101,7 +101,7 @@ contains
          call page%item('principal moments', vector_text(body%moments)//' kg m^2, about the reference point')
          if (any(abs(body%axes - diagonal([1.0_wp, 1.0_wp, 1.0_wp])) > 0.0_wp)) then
             do i = 1, 3
-               call page%item('  axis '//count_text(int(i, long)), vector_text(body%axes(:, i)))
+               call page%item('  axis '//count_text(i), vector_text(body%axes(:, i)))
             end do
          end if
          if (body%has_mass) call page%item('mass', rounded_text(body%mass)//' kg')
@@ -177,7 +177,7 @@ contains
          call add_space_axes(page, scene)
          if (labels%body_frame /= '') call page%item('body axes', labels%body_frame)
          do i = 1, scene%system%effects%n_frames
-            call page%item('frame '//count_text(int(i, long)), frame_text(scene, i))
+            call page%item('frame '//count_text(i), frame_text(scene, i))
          end do
       end associate
    end subroutine add_labels
@@ -421,7 +421,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       character(len=:), allocatable :: text
       text = trim(settings%method)
-      if (settings%order > 0) text = text//' of order '//count_text(int(settings%order, long))
+      if (settings%order > 0) text = text//' of order '//count_text(settings%order)
    end function method_text
 
    !> Returns in words how the steps are chosen.

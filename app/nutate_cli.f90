@@ -445,7 +445,7 @@ contains
       !> Option and its value.
       character(len=*), intent(in) :: name, value
       real(wp), intent(in) :: least, most
-      !> What another value is, and what is expected, in words.
+      !> Fault of another value, with what is expected: `not a time (expected seconds)`.
       character(len=*), intent(in) :: fault
       real(wp), intent(inout) :: number
       character(len=:), allocatable, intent(inout) :: error

@@ -4,7 +4,7 @@ module nutate_cost_plot
    use nutate_cost_report, only: hopeless, full_label
    use nutate_decimal, only: rounded_text
    use nutate_gnuplot, only: picture_t, colours, gnuplot_quoted
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: wp
    use nutate_methods, only: family_of, methods
    use nutate_status, only: status_t
    use nutate_work_point, only: point_at_error, work_point_t
@@ -143,7 +143,7 @@ contains
       character(len=:), allocatable :: attitude
       integer :: m, i
       do m = 1, size(methods)
-         call picture%put('$m'//count_text(int(m, long))//' << EOD')
+         call picture%put('$m'//count_text(m)//' << EOD')
          points = unbeaten(study%points_of(m), study%reference%uncertainty)
          do i = 1, size(points)
             attitude = 'NaN'
@@ -176,7 +176,7 @@ contains
          ! The least errors lie above the lower edge.
          least = minval(max(study%points%attitude_error, study%reference%uncertainty, lowest), &
                         mask=study%points%attitude_error >= 0.0_wp .and. study%points%attitude_error <= hopeless)
-         call picture%put('set yrange [1e'//count_text(int(floor(log10(least) - 0.2_wp), long))//':*]')
+         call picture%put('set yrange [1e'//count_text(floor(log10(least) - 0.2_wp))//':*]')
          call picture%put('plot '//curves(study, drawn, '2'))
       else
          call picture%put('set tmargin at screen 0.50; set bmargin at screen 0.10; set format x ''10^{%T}''; '// &
@@ -201,7 +201,7 @@ contains
          if (text /= '') text = text//', '
          label = full_label(m)
          if (any(study%points%method == m)) then
-            text = text//'$m'//count_text(int(m, long))//' using 1:'//column
+            text = text//'$m'//count_text(m)//' using 1:'//column
          else
             text = text//'NaN'
             label = label//trim(merge(': not here', ': no time ', study%ending(m) == REFUSED))
@@ -216,7 +216,7 @@ contains
       real(wp), intent(in) :: seconds
       integer, intent(in) :: above
       character(len=:), allocatable :: text
-      text = '1e'//count_text(int(floor(log10(max(1e3_wp*seconds, 1e-9_wp))) + above, long))
+      text = '1e'//count_text(floor(log10(max(1e3_wp*seconds, 1e-9_wp))) + above)
    end function power_text
 
    !> Returns the style of a curve: colour by method, projection and order; of several solvers of one order, all but

@@ -63,7 +63,7 @@ contains
       integer, intent(in) :: method
       character(len=:), allocatable :: label
       label = trim(family_of(methods(method)))
-      if (has_relatives(method)) label = label//' order '//count_text(int(methods(method)%order, long))
+      if (has_relatives(method)) label = label//' order '//count_text(methods(method)%order)
       if (methods(method)%formulation /= '') label = label//' ('//trim(methods(method)%formulation)//')'
    end function method_label
 
@@ -78,7 +78,7 @@ contains
          do i = 1, size(names)
             if (names(i)%name == row%name) label = trim(names(i)%words)
          end do
-         if (has_relatives(method)) label = label//', order '//count_text(int(row%order, long))
+         if (has_relatives(method)) label = label//', order '//count_text(row%order)
          if (row%formulation /= '') label = label//', '//trim(row%formulation)
          if (row%projected) label = label//', projected'
       end associate
@@ -248,7 +248,7 @@ contains
       associate (method => methods(row))
          usual = default_settings(trim(method%name))
          text = 'method='//"'"//trim(method%name)//"'"
-         if (usual%order /= method%order) text = text//', order='//count_text(int(method%order, long))
+         if (usual%order /= method%order) text = text//', order='//count_text(method%order)
          if (usual%formulation /= method%formulation) &
             text = text//', formulation='//"'"//trim(method%formulation)//"'"
          if (usual%conserve .neqv. method%projected) &
@@ -460,10 +460,10 @@ contains
       logical, intent(in) :: has_momentum
       character(len=:), allocatable :: line
       associate (method => methods(point%method))
-         line = trim(family_of(method))//','//count_text(int(method%order, long))//','//trim(method%formulation)
+         line = trim(family_of(method))//','//count_text(method%order)//','//trim(method%formulation)
       end associate
       line = line//field(decimal, point%time_step)//','//count_text(point%steps)//','// &
-             count_text(point%subdivided_steps)//','//count_text(int(point%samples, long))// &
+             count_text(point%subdivided_steps)//','//count_text(point%samples)// &
              field(decimal, point%seconds)//field(decimal, point%nanoseconds())//field(decimal, point%iterations)
       if (reference%known()) then
          line = line//field(decimal, point%attitude_error)//field(decimal, reference%uncertainty)

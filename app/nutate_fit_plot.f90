@@ -6,8 +6,8 @@ module nutate_fit_plot
    use nutate_fit_model, only: motion_at_t
    use nutate_fit_plan, only: measurement_t, ATTITUDES
    use nutate_gnuplot, only: colours, gnuplot_quoted, picture_t
-   use nutate_history_plot, only: tick
-   use nutate_kinds, only: wp, long
+   use nutate_history_plot, only: extent, tick
+   use nutate_kinds, only: wp
    use nutate_plot_panels, only: panel_t, panels_of, symbol_of
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
@@ -47,7 +47,7 @@ contains
       call picture%begin(900, nint(height))
       call picture%put('set lmargin at screen 0.11; set rmargin at screen 0.77; set tics font '',12''')
       call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 1.5 font '',14''')
-      call picture%put('set format y ''%.6g''; set xrange ['//range_text(times(curve_points))//']')
+      call picture%put('set format y ''%.6g''; set xrange ['//extent([0.0_wp, times(curve_points)])//']')
       call picture%put('set multiplot title '//gnuplot_quoted(scene%title)//' noenhanced')
       upper = 1 - (top + 20)/height
       first = 1
@@ -62,13 +62,6 @@ contains
       call picture%put('unset multiplot')
       call picture%draw(status)
    end subroutine draw_fit
-
-   !> Returns the range of the time axis.
-   pure function range_text(last) result(text)
-      real(wp), intent(in) :: last
-      character(len=:), allocatable :: text
-      text = rounded_text(min(0.0_wp, last), 9)//':'//rounded_text(max(0.0_wp, last), 9)
-   end function range_text
 
    !> Begins a panel.
    subroutine begin_panel(picture, label, values, upper, panel, height)
@@ -114,8 +107,8 @@ contains
             plot = ''
             do c = 1, n
                if (c > 1) plot = plot//', '
-               plot = plot//'$d'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
-                      ' linecolor rgb '''//paint(c)//''' notitle, $m'//digit(c)// &
+               plot = plot//'$d'//count_text(c)//' using 1:2 with points pointtype 7 pointsize '// &
+                      point_size(measurement)//' linecolor rgb '''//paint(c)//''' notitle, $m'//count_text(c)// &
                       ' using 1:2 with lines linewidth 1.2 linecolor rgb '''//paint(c)//''' title '// &
                       gnuplot_quoted(symbol_of(trim(measurement%columns(c))))
             end do
@@ -191,12 +184,6 @@ contains
       text = trim(merge('0.3', '0.8', size(measurement%times) > 60))
    end function point_size
 
-   pure function digit(c)
-      integer, intent(in) :: c
-      character(len=:), allocatable :: digit
-      digit = count_text(int(c, long))
-   end function digit
-
    !> Draws the residuals as points.
    subroutine draw_residuals(picture, measurement, residuals, upper, height)
       type(picture_t), intent(inout) :: picture
@@ -215,9 +202,9 @@ contains
       do c = 1, min(width, most_columns)
          call add_block(picture, 'r', c, measurement%times, residuals(c:width*size(measurement%times):width), 0.0_wp)
          name = symbol_of(trim(measurement%columns(c)))
-         if (measurement%kind == ATTITUDES) name = 'rotation '//digit(c)
+         if (measurement%kind == ATTITUDES) name = 'rotation '//count_text(c)
          if (c > 1) plot = plot//', '
-         plot = plot//'$r'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
+         plot = plot//'$r'//count_text(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
                 ' linecolor rgb '''//paint(c)//''' title '//gnuplot_quoted(name)
       end do
       label = 'residuals'
@@ -236,7 +223,7 @@ contains
       real(wp), intent(in) :: times(:), values(:)
       real(wp), intent(in) :: turn
       integer :: k
-      call picture%put('$'//name//digit(c)//' << EOD')
+      call picture%put('$'//name//count_text(c)//' << EOD')
       do k = 1, size(times)
          if (k > 1 .and. turn > 0.0_wp) then
             if (abs(values(k) - values(max(k - 1, 1))) > 0.5_wp*turn) call picture%put('')

@@ -30,7 +30,7 @@ contains
                         plural(size(fit%problem%residuals, kind=long), 'measurement')//', '// &
                         plural(size(fit%problem%names, kind=long), 'parameter'))
          call page%item('fit', plural(int(result%iterations, long), 'iteration')//' from start '// &
-                        count_text(int(fit%best, long))//' of '//count_text(int(fit%starts, long)))
+                        count_text(fit%best)//' of '//count_text(fit%starts))
          call page%item('chi-squared', chi_text(fit))
          call add_values(fit, table)
          call page%line('')

@@ -3,7 +3,6 @@ module nutate_gnuplot
    use nutate_console, only: count_text
    use nutate_outputs, only: close_file, discard_file
    use nutate_files, only: output_file_t
-   use nutate_kinds, only: long
    use nutate_spelling, only: escaped
    use nutate_status, only: status_t, fail, NUTATE_IO
    implicit none
@@ -82,8 +81,8 @@ contains
          call self%put('set terminal svg size '//size_text(width, height)//' fixed name ''nutate'' font '// &
                        '''Helvetica,Arial,sans-serif,15'' background ''#ffffff''')
       else if (self%format == 'pdf') then
-         call self%put('set terminal pdfcairo size '//count_text(int(width, long))//'/100., '// &
-                       count_text(int(height, long))//'/100. font ''Helvetica,11''')
+         call self%put('set terminal pdfcairo size '//count_text(width)//'/100., '// &
+                       count_text(height)//'/100. font ''Helvetica,11''')
       else
          call self%put('if (strstrt(GPVAL_TERMINALS, ''pngcairo'') > 0) { set terminal pngcairo size '// &
                        size_text(3*width/2, 3*height/2)//' fontscale 1.4 } else { set terminal png size '// &
@@ -97,7 +96,7 @@ contains
    pure function size_text(width, height) result(text)
       integer, intent(in) :: width, height
       character(len=:), allocatable :: text
-      text = count_text(int(width, long))//','//count_text(int(height, long))
+      text = count_text(width)//','//count_text(height)
    end function size_text
 
    !> Adds a line to the script. A line that could not be written is reported by `draw`.

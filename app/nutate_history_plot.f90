@@ -16,7 +16,7 @@ module nutate_history_plot
    implicit none
    private
 
-   public :: recorded_t, read_history, read_names, name_length, draw_history, draw_xy, tick
+   public :: recorded_t, read_history, read_names, name_length, draw_history, draw_xy, extent, tick
 
    !> Longest line of a history, and longest name of a column.
    integer, parameter :: line_length = 16384, name_length = 48
@@ -191,9 +191,9 @@ contains
          if (ends) exit
       end do
       if (field < fields) then
-         problem = count_text(int(field, long))//' fields (expected '//count_text(int(fields, long))//')'
+         problem = count_text(field)//' fields (expected '//count_text(fields)//')'
       else if (field > fields) then
-         problem = 'more than '//count_text(int(fields, long))//' fields'
+         problem = 'more than '//count_text(fields)//' fields'
       end if
    end subroutine read_row
 
@@ -321,7 +321,7 @@ contains
       !> Time, s.
       real(wp), intent(in) :: t
       character(len=:), allocatable :: text, row
-      row = count_text(int(which - 1, long))
+      row = count_text(which - 1)
       text = '$e every ::'//row//'::'//row//' using 1:2 with points pointtype 7 pointsize 1.2 linecolor rgb '''// &
              colour//''' title ''t = '//rounded_text(t, 6)//' s'''
    end function end_text
@@ -375,7 +375,7 @@ contains
             below = count([(coincide(curves(:, k), curves(:, i), maxval(curves) - minval(curves)), k=1, i - 1)])
          end associate
          if (i > 1) text = text//', '
-         text = text//'$c'//count_text(int(i, long))//' using 1:2 with lines linewidth 1.4 dashtype '// &
+         text = text//'$c'//count_text(i)//' using 1:2 with lines linewidth 1.4 dashtype '// &
                 count_text(1_long + min(below, 3))//' linecolor rgb '''//panel%colours(i)//''' title '// &
                 gnuplot_quoted(symbol_of(trim(history%names(panel%columns(i)))))
       end do
@@ -396,7 +396,7 @@ contains
       type(panel_t), intent(in) :: panel
       integer :: i
       do i = 1, size(panel%columns)
-         call picture%put('$c'//count_text(int(i, long))//' << EOD')
+         call picture%put('$c'//count_text(i)//' << EOD')
          call add_points(picture, history%values(:, 1), history%values(:, panel%columns(i)), &
                          jump(trim(history%names(panel%columns(i)))))
          call picture%put('EOD')

@@ -169,10 +169,10 @@ contains
       integer :: i, k
       axes = 'space axes'
       if (found%in_lvlh) axes = 'LVLH frame'
-      call page%item('equilibria', count_text(int(size(found%items), long))//' attitudes, relative to the '//axes)
-      call page%item('by index', count_text(int(found%number_of(0), long))//' minima, '// &
-                     count_text(int(found%number_of(1), long))//' and '//count_text(int(found%number_of(2), long))// &
-                     ' saddles (index 1, 2), '//count_text(int(found%number_of(3), long))//' maxima')
+      call page%item('equilibria', count_text(size(found%items))//' attitudes, relative to the '//axes)
+      call page%item('by index', count_text(found%number_of(0))//' minima, '// &
+                     count_text(found%number_of(1))//' and '//count_text(found%number_of(2))// &
+                     ' saddles (index 1, 2), '//count_text(found%number_of(3))//' maxima')
       call page%item('stable', plural(int(count(.not. found%items%growth > 0.0_wp), long), 'attitude')// &
                      ' to first order, of which those of index 0 by the energy')
       if (.not. found%balanced) call page%item('incomplete', &
@@ -191,7 +191,7 @@ contains
             call table%put(without_rounding(found%items(i)%q(k), negligible))
          end do
          call table%put(found%items(i)%energy)
-         call table%put(count_text(int(found%items(i)%index, long)))
+         call table%put(count_text(found%items(i)%index))
          call table%put(found%items(i)%growth)
       end do
       call page%line(table%text())

@@ -258,8 +258,7 @@ contains
          exit_code = EXIT_SIGNAL + caught_signal()
       else
          call report_output(scene, status)
-         exit_code = EXIT_INPUT
-         if (status%code == NUTATE_IO) exit_code = EXIT_OUTPUT
+         exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
       end if
    end subroutine open_history
 

@@ -135,7 +135,7 @@ contains
       if (allocated(run%events)) call add_events(page, watcher, run)
       if (allocated(run%summary%chaos)) call add_chaos(page, run%summary%chaos)
       call page%item('history', plural(watcher%rows, 'row')//' of '// &
-                     count_text(int(watcher%columns%width, long))//' columns in '//output_name(scene))
+                     count_text(watcher%columns%width)//' columns in '//output_name(scene))
       call collect_notes(scene, notes)
       do i = 1, size(notes)
          call page%item('note', notes(i)%text)
@@ -172,7 +172,7 @@ contains
       call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')
       if (run%summary%iterations > 0) call page%item( &
          'Newton iterations', rounded_text(real(run%summary%iterations, wp)/n, 3)//' per step, '// &
-         count_text(int(run%summary%most_iterations, long))//' at most')
+         count_text(run%summary%most_iterations)//' at most')
    end subroutine add_effort
 
    !> Returns true if the steps of a scene can be certified: never those with wheels, inner spheres or controllers.
@@ -365,11 +365,11 @@ contains
       else
          k = (i - effects%n_torques + 1)/2
          if (effects%wheels(k)%component > 0) then
-            name = 'inner sphere '//count_text(int((k - effects%n_reaction_wheels + 2)/3, long))
+            name = 'inner sphere '//count_text((k - effects%n_reaction_wheels + 2)/3)
             if (effects%wheels(k)%label /= '') name = name//" '"//trim(effects%wheels(k)%label)//"'"
             return
          end if
-         name = trim(merge('friction', 'motor   ', i - effects%n_torques == 2*k))//' '//count_text(int(k, long))
+         name = trim(merge('friction', 'motor   ', i - effects%n_torques == 2*k))//' '//count_text(k)
          if (effects%wheels(k)%label /= '') name = name//" '"//trim(effects%wheels(k)%label)//"'"
       end if
    end function worker_name

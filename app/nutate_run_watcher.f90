@@ -187,7 +187,7 @@ contains
       left = ''
       if (fraction > 0.01_wp .and. label == '') left = ', '//rounded_text(elapsed*(1 - fraction)/fraction, 2)//' s left'
       line = label//repeat(' ', min(len(label), 1))//'['//repeat('#', filled)//repeat('.', bar_width - filled)//'] '// &
-             count_text(int(100*fraction, long))//' %'//left
+             count_text(int(100*fraction))//' %'//left
    end function picture
 
    !> Removes the bar.

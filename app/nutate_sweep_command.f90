@@ -183,8 +183,8 @@ contains
       end if
       call sweep%open(scene, first, last, name, command%goes_on, status, workers%count())
       if (.not. status%ok()) then
-         exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
-         call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+         call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message), exit_code, &
+                        merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO))
          return
       end if
       call watcher%start(wanted=.not. command%quiet)
@@ -325,8 +325,8 @@ contains
          call make_layout(scene, layout, status)
          call finish_output(command, scene, layout, 1_long, scene%ensemble%members, name, exit_code)
       else
-         exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
-         call say_error('nutate: cannot merge '//printable_path(name)//': '//trim(status%message))
+         call say_error('nutate: cannot merge '//printable_path(name)//': '//trim(status%message), exit_code, &
+                        merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO))
       end if
    end subroutine merge_files
 

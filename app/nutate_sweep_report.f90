@@ -219,7 +219,7 @@ contains
       integer :: i
       call page%item('members', plural(sum(sums%codes), 'member')//' of '//count_text(scene%ensemble%members))
       do i = 0, size(sums%codes) - 1
-         if (sums%codes(i) > 0) call page%item('  status '//count_text(int(i, long)), &
+         if (sums%codes(i) > 0) call page%item('  status '//count_text(i), &
                                                count_text(sums%codes(i))//': '//status_in_words(i))
       end do
       if (first_failed == 0) return
