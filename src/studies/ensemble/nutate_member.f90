@@ -7,6 +7,7 @@ module nutate_member
    use nutate_sampling, only: draw_values
    use nutate_scene, only: changed_part, keep_added, rebuild_scene, scene_t
    use nutate_scene_error, only: scene_error_t
+   use nutate_scene_values, only: check_setting
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
    implicit none
    private
@@ -102,21 +103,10 @@ contains
       type(target_t), intent(in) :: target
       type(setting_t), intent(in) :: setting
       type(scene_error_t), intent(inout) :: error
-      character(len=:), allocatable :: problem
-      character(len=32) :: digits
-      integer :: i
       associate (key => target%key, numbers => setting%values%number)
          if (key%kind == KEY_INTEGER .and. any(abs(numbers) > greatest_whole)) &
             call error%raise(setting%line, trim(key%name)//' is too large')
-         if (error%raised .or. admits(key%range, numbers)) return
-         do i = 1, size(numbers)
-            problem = key%fault(numbers(i))
-            if (problem == '') cycle
-            write (digits, '(g0)') numbers(i)
-            call error%raise(setting%line, trim(digits)//' '//problem)
-            return
-         end do
-         call error%raise(setting%line, trim(key%name)//' '//key%fault_of_all(numbers))
+         if (.not. (error%raised .or. admits(key%range, numbers))) call check_setting(key, setting, error)
       end associate
    end subroutine check_numbers
 

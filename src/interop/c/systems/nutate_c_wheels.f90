@@ -41,9 +41,8 @@ contains
       if (wheel < 1 .or. wheel > handle%system%effects%n_reaction_wheels) return
       code = NUTATE_OK
       associate (state => handle%run%state, h => handle%run%state%wheel_momentum(wheel))
-         if (present(speed)) then
+         if (present(speed)) &
             speed = handle%system%effects%wheels(wheel)%speed_of(h, angular_velocity(handle%system, state))
-         end if
          if (present(momentum)) momentum = h
          if (present(work)) work = state%wheel_work(:, wheel)
       end associate

@@ -11,7 +11,7 @@ module nutate_scene_values
    implicit none
    private
 
-   public :: read_values, check_values, expectation
+   public :: read_values, check_setting, check_values, expectation
 
    !> Length of the longest string: longer than any path.
    integer, parameter :: longest_text = 4096
