@@ -114,7 +114,8 @@ def body_text(given: dict[str, Any]) -> str:
     if given["shape"] is not None:
         return group("body", shape=given["shape"], size=given["size"], density=given["density"] or None, **rest)
     tensor = None if given["tensor"] is None else tensor_entries(given["tensor"])
-    return group("body", inertia=given["moments"], inertia_tensor=tensor, about_center=given["about_center"] or None, **rest)
+    return group("body", inertia=given["moments"], inertia_tensor=tensor,
+                 inertia_about="center_of_mass" if given["about_center"] else None, **rest)
 
 
 def group_text(name: str, arguments: tuple[Any, ...]) -> str:

@@ -158,6 +158,13 @@ class SensitivityTest(unittest.TestCase):
             other = nutate.solve(made, free="body.mass", **start, **STEPS).sensitivity(1.0)
             np.testing.assert_allclose(other[1], nutate.solve(self.scene, free="body.mass", **STEPS).sensitivity(1.0)[1], rtol=0, atol=1e-13)
 
+    def test_moments_about_the_centre_of_mass(self):
+        system = nutate.System(moments=(3, 2, 1.5), mass=2.0, center_of_mass=(0.1, 0.05, 0.2), about_center=True)
+        same = nutate.System(tensor=system.inertia, mass=2.0, center_of_mass=(0.1, 0.05, 0.2))
+        ends = [nutate.solve(each, omega0=(0.4, -0.3, 2.0), t_span=(0, 1), free="initial.angular_velocity", **STEPS).sensitivity(1.0)
+                for each in (system, same)]
+        np.testing.assert_allclose(ends[0][1], ends[1][1], rtol=0, atol=1e-13)
+
     def test_wheels_and_the_shape_of_a_body(self):
         system = nutate.System(shape="box", size=(0.3, 0.2, 0.1), density=2000.0)
         system.add_wheel((0, 0, 1), 0.001, 50.0, torque=0.01)
