@@ -28,6 +28,8 @@ module nutate_rigid_rates
    private
 
    public :: rigid_rates_t, prepare_rates, begin_step, read_state, get_rates, end_step, end_wheels, get_error, n_rates
+   ! Public procedures are compiled by themselves; a part of `add_forces` would slow down bodies without wheels.
+   public :: turn_wheels
 
    !> Components of y.
    integer, parameter :: n_rates = 8
@@ -42,7 +44,7 @@ module nutate_rigid_rates
       !> The motor acts in this step; when it may be asked, s; shapes (most_inner), (2, most_inner).
       logical :: driven(most_inner) = .false.
       real(wp) :: window(2, most_inner) = 0.0_wp
-      !> aᵢⱼ of the method as a(j, i); Δtḣ of the stages so far, shape (most_inner, stages); momentum at the start and
+      !> aᵢⱼ of the method as a(j, i); Δtḣ of the stages so far, shape (stages, most_inner); momentum at the start and
       !> in the stage, N m s, shape (most_inner); the stage.
       real(wp), allocatable, private :: a(:, :), turns(:, :)
       real(wp), private :: first_momentum(most_inner) = 0.0_wp, momentum(most_inner) = 0.0_wp
@@ -73,6 +75,9 @@ module nutate_rigid_rates
       !> The inertia varies; energies depend on time, by that or by potentials; a time inside of the whole step, s.
       logical :: varies = .false., depends_on_time = .false.
       real(wp) :: moment = 0.0_wp
+      !> The inertia is that of the present stage, if it varies; Ω there, body axes, rad/s; shape (3).
+      logical, private :: is_at_stage = .false.
+      real(wp), private :: omega(3) = 0.0_wp
       type(stage_potentials_t), private :: potentials
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
       integer :: failure = 0
@@ -116,7 +121,7 @@ contains
       if (self%n_wheels > 0) allocate (self%wheels)
       if (self%n_wheels > 0 .and. present(a)) then
          allocate (self%wheels%a, source=a)
-         allocate (self%wheels%turns(most_inner, size(a, 2) + 1), source=0.0_wp)
+         allocate (self%wheels%turns(size(a, 2) + 1, most_inner), source=0.0_wp)
       end if
       self%estimates = conserve .and. system%effects%n_works() > 0
       if (allocated(self%momentum_balance)) deallocate (self%momentum_balance)
@@ -242,7 +247,7 @@ contains
    !> k = Δt ẏ at a fraction of the step, written out (as products of arrays a step of a free body takes a tenth more
    !> instructions), and the share of this stage in the work. A stage that fails is remembered; its
    !> rates are zero, so that those after it stay finite.
-   pure subroutine get_rates(self, system, fraction, y, weight, k)
+   pure recursive subroutine get_rates(self, system, fraction, y, weight, k)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> Time from the start of the step over Δt (dimensionless).
@@ -255,7 +260,11 @@ contains
       real(wp), intent(out) :: k(n_rates)
       real(wp) :: x1, x2, x3, angle1, angle2, angle3
       if (self%general) then
-         call get_general_rates(self, system, fraction, y, weight, k)
+         if (self%varies .and. .not. self%is_at_stage) then
+            call get_varying_rates(self, system, fraction, y, weight, k)
+         else
+            call get_general_rates(self, system, fraction, y, weight, k)
+         end if
          return
       end if
       x1 = y(5) - self%rotor(1)
@@ -290,7 +299,6 @@ contains
       real(wp), intent(out) :: k(n_rates)
       real(wp) :: x(3), angle(3), less(3), more(3)
       integer :: i
-      if (self%varies) self%to_angle = self%dt*inverse_inertia_at(system, self%t + fraction*self%dt)
       x = y(5:7) - self%rotor
       do i = 1, 3
          angle(i) = self%to_angle(i, 1)*x(1) + self%to_angle(i, 2)*x(2) + self%to_angle(i, 3)*x(3)
@@ -312,24 +320,28 @@ contains
       k(8) = 0.0_wp
       if (.not. self%attitude) k(1:4) = 0.0_wp
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)
-      if (self%varies) call add_inertia_power(self, system, fraction, angle, weight, k(8))
    end subroutine get_general_rates
 
-   !> Adds the power of the change of the inertia.
-   pure subroutine add_inertia_power(self, system, fraction, angle, weight, gain)
+   !> Computes the rates with the inertia of the stage, and the power of its change.
+   pure recursive subroutine get_varying_rates(self, system, fraction, y, weight, k)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> Time of the stage as a fraction of the step; ΔtΩ, rad, shape (3); weight of the stage.
-      real(wp), intent(in) :: fraction, angle(3), weight
-      !> Δt times the power of all that does work, J.
-      real(wp), intent(inout) :: gain
-      real(wp) :: power
-      power = inertia_power(system%effects, angle/self%dt, self%t + fraction*self%dt, self%moment)
-      gain = gain + self%dt*power
+      real(wp), intent(in) :: fraction, y(n_rates), weight
+      real(wp), intent(out) :: k(n_rates)
+      real(wp) :: t, power
+      t = self%t + fraction*self%dt
+      self%to_angle = self%dt*inverse_inertia_at(system, t)
+      self%omega = times_vector(self%to_angle, y(5:7) - self%rotor)/self%dt
+      self%is_at_stage = .true.
+      call get_rates(self, system, fraction, y, weight, k)
+      self%is_at_stage = .false.
+      if (self%failure /= 0) return
+      power = inertia_power(system%effects, self%omega, t, self%moment)
+      k(8) = k(8) + self%dt*power
       associate (work => self%work(size(self%work)))
          work = work + (weight*self%dt)*power
       end associate
-   end subroutine add_inertia_power
+   end subroutine get_varying_rates
 
    !> Adds Δtτ of all effects to the rates.
    pure subroutine add_forces(self, system, fraction, y, weight, k)
@@ -372,7 +384,7 @@ contains
       integer :: i, j
       q = y(1:4)/sqrt(max(square, tiny(1.0_wp)))
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
-      if (self%varies) omega = times_vector(self%to_angle, y(5:7) - self%rotor)/self%dt
+      if (self%varies) omega = self%omega
       relative = omega
       if (self%frame_turns) relative = omega - rotate_to_body(q, system%effects%frame_rate)
       associate (stages => self%wheels)
@@ -384,7 +396,7 @@ contains
                t = min(max(self%t + fraction*self%dt, stages%window(1, i)), stages%window(2, i))
                if (stages%driven(i)) drive = wheel%drive(t, q, relative)
                rate = drive - wheel%friction*speed
-               stages%turns(i, stages%stage) = self%dt*rate
+               stages%turns(stages%stage, i) = self%dt*rate
                gain = gain + self%dt*rate*speed
                stages%gain(i) = stages%gain(i) + weight*self%dt*rate
                stages%work(1, i) = stages%work(1, i) + weight*self%dt*drive*speed
@@ -395,17 +407,17 @@ contains
             associate (first => system%effects%n_reaction_wheels + 1, last => self%n_wheels)
                gyration(first:last) = 0.0_wp
                call add_gyration(stages%momentum(first:last), self%dt*omega, gyration(first:last))
-               stages%turns(first:last, stages%stage) = stages%turns(first:last, stages%stage) + gyration(first:last)
+               stages%turns(stages%stage, first:last) = stages%turns(stages%stage, first:last) + gyration(first:last)
                stages%gain(first:last) = stages%gain(first:last) + weight*gyration(first:last)
             end associate
          end if
          if (stages%stage > size(stages%a, 2)) return
-         associate (n => self%n_wheels)
-            stages%momentum(:n) = stages%first_momentum(:n)
+         do i = 1, self%n_wheels
+            stages%momentum(i) = stages%first_momentum(i)
             do j = 1, stages%stage
-               stages%momentum(:n) = stages%momentum(:n) + stages%a(j, stages%stage)*stages%turns(:n, j)
+               stages%momentum(i) = stages%momentum(i) + stages%a(j, stages%stage)*stages%turns(j, i)
             end do
-         end associate
+         end do
          self%rotor = system%effects%inner_momentum(stages%momentum)
       end associate
    end subroutine turn_wheels
@@ -444,7 +456,7 @@ contains
       integer :: i
       q = y(1:4)/norm
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
-      if (self%varies) omega = times_vector(self%to_angle, y(5:7) - self%rotor)/self%dt
+      if (self%varies) omega = self%omega
       if (system%effects%frame_turns) omega = omega - rotate_to_body(q, system%effects%frame_rate)
       do i = 1, system%effects%n_torques
          if (.not. self%acts(i)) cycle
@@ -519,7 +531,7 @@ contains
       error%balances = allocated(self%momentum_balance)
       if (error%balances) call self%momentum_balance%tell(y(1:4), y(5:7), weights, error)
       do i = 1, self%n_wheels
-         error%wheels(i) = dot_product(self%wheels%turns(i, :), weights)
+         error%wheels(i) = dot_product(self%wheels%turns(:, i), weights)
       end do
    end subroutine get_error
 
