@@ -31,8 +31,8 @@ module nutate_discrete_forces
 
    !> The effects of one step, with the data that do not change during its iteration.
    type :: discrete_forces_t
-      !> There is an effect that exerts a force.
-      logical :: active = .false.
+      !> There is an effect that exerts a force; one that depends on the rate: a torque or an inner sphere.
+      logical :: active = .false., follows_rate = .false.
       !> At least one of them depends on the attitude.
       logical :: by_attitude = .false.
       !> The projection (11): s has no scalar part. Without it potentials have a force along q too.
@@ -96,7 +96,8 @@ contains
       logical, intent(in) :: projection
       integer :: i
       self%has_spheres = effects%n_spheres > 0
-      self%active = effects%n_potentials + effects%n_torques > 0 .or. self%has_spheres
+      self%follows_rate = effects%n_torques > 0 .or. self%has_spheres
+      self%active = effects%n_potentials > 0 .or. self%follows_rate
       self%by_attitude = effects%needs_attitude()
       self%projection = projection
       self%in_fields = .false.
@@ -128,6 +129,7 @@ contains
       class(discrete_forces_t), intent(inout) :: self
       type(discrete_forces_t), intent(inout) :: other
       other%active = self%active
+      other%follows_rate = self%follows_rate
       other%by_attitude = self%by_attitude
       other%has_spheres = self%has_spheres
       other%projection = self%projection
@@ -221,24 +223,45 @@ contains
       real(wp), intent(in) :: omega(3)
       !> [s0, τ], body axes, N m; shape (4).
       real(wp), intent(out) :: s(4)
-      real(wp) :: gamma(3), gradient(3), end(3), attitude(4)
+      real(wp) :: gamma(3), gradient(3), attitude(4)
       integer :: i
       s = 0.0_wp
-      do i = 1, effects%n_potentials
-         gamma = rotate_to_body(xm, self%direction(:, i))
-         end = rotate_to_body(x1, self%direction(:, i))
-         gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), end)
-         if (self%reshapes) call self%add_changes(i, self%gamma0(:, i), end, gradient)
-         s(2:4) = s(2:4) + cross(gamma, gradient)
-         if (.not. self%projection) s(1) = s(1) - dot_product(gamma, gradient)
-      end do
+      if (self%reshapes) then
+         call add_reshaped(self, effects, x1, xm, s)
+      else
+         do i = 1, effects%n_potentials
+            gamma = rotate_to_body(xm, self%direction(:, i))
+            gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), &
+                                                                    rotate_to_body(x1, self%direction(:, i)))
+            s(2:4) = s(2:4) + cross(gamma, gradient)
+            if (.not. self%projection) s(1) = s(1) - dot_product(gamma, gradient)
+         end do
+      end if
+      if (.not. self%follows_rate) return
       if (self%has_spheres) s(2:4) = s(2:4) + rotate_to_body(xm, self%pull)/dot_product(xm, xm) - self%drag*omega
-      if (effects%n_torques == 0) return
       attitude = mid_attitude(self%frame, xm)
       do i = 1, effects%n_torques
          if (self%acts(i)) s(2:4) = s(2:4) + effects%torques(i)%item%torque(self%t, attitude, omega)
       end do
    end subroutine evaluate
+
+   !> Adds the potentials to s as `evaluate` does, if changes of the body add to them.
+   pure subroutine add_reshaped(self, effects, x1, xm, s)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      real(wp), intent(in) :: x1(4), xm(4)
+      real(wp), intent(inout) :: s(4)
+      real(wp) :: gamma(3), gradient(3), end(3)
+      integer :: i
+      do i = 1, effects%n_potentials
+         gamma = rotate_to_body(xm, self%direction(:, i))
+         end = rotate_to_body(x1, self%direction(:, i))
+         gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), end)
+         call self%add_changes(i, self%gamma0(:, i), end, gradient)
+         s(2:4) = s(2:4) + cross(gamma, gradient)
+         if (.not. self%projection) s(1) = s(1) - dot_product(gamma, gradient)
+      end do
+   end subroutine add_reshaped
 
    !> Computes s, ∂s/∂x1 (x̄ moving with x1, Ω̄ fixed) and ∂τ/∂Ω̄.
    pure subroutine linearize(self, effects, x1, xm, omega, s, by_x, by_rate)
@@ -262,7 +285,7 @@ contains
       do i = 1, effects%n_potentials
          call add_potential_derivative(self, effects, i, x1, xm, by_x)
       end do
-      if (effects%n_torques == 0 .and. .not. self%has_spheres) return
+      if (.not. self%follows_rate) return
       ! The small rotation of x̄ + ½δx against x̄ is θ = vec(x̄*∘δx)/|x̄|², body axes.
       angle_by_x = quat_left_matrix(quat_conjugate(xm))/dot_product(xm, xm)
       if (self%has_spheres) then

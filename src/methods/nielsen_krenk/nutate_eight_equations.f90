@@ -52,6 +52,9 @@ module nutate_eight_equations
       logical :: scaled = .false.
       !> x0 = (|q0|, 0, 0, 0), y0 = u*∘p0/μ and w0 = x0*∘y0; shape (4).
       real(wp) :: x0(4) = 0.0_wp, y0(4) = 0.0_wp, w0(4) = 0.0_wp
+      !> True if p is tangent to the unit sphere at q but for rounding, and the forces are projected: then (5), q·p = 0,
+      !> continues to hold.
+      logical :: is_tangent = .false.
       !> μ J⁻¹, 1/s; shape (3,3), and μ/J0, 1/s.
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp, inverse_j0 = 0.0_wp
       !> Middle of the step, s, for an inertia that varies.
@@ -87,8 +90,6 @@ module nutate_eight_equations
       procedure :: turn_of
       !> Computes the increments of q and p at the root.
       procedure :: increments
-      !> Returns true if the constraint (5), q·p = 0, holds but for rounding, and continues to hold.
-      procedure :: is_tangent
       !> Returns true if the step is short enough for the friction of the wheels.
       procedure :: is_short
       !> Subtracts the rounding error of q·p.
@@ -131,8 +132,9 @@ contains
       real(wp), intent(in) :: dt
       !> Time that decides which torques act, s; default: the middle of the step.
       real(wp), intent(in), optional :: window_time
-      real(wp) :: norm
+      real(wp) :: norm, inner
       norm = norm2(state%q)
+      inner = 0.0_wp
       self%dt = dt
       self%frame = state%q/norm
       self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -140,8 +142,11 @@ contains
       if (allocated(self%spheres)) then
          call self%spheres%start(system%effects, state, self%frame, self%forces%pull, self%forces%drag)
          self%y0(2:4) = self%y0(2:4) - (2*norm/self%momentum_unit)*self%spheres%inner
+         inner = (2/self%momentum_unit)*maxval(abs(self%spheres%inner))
       end if
       self%w0 = norm*self%y0
+      self%is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise* &
+                        (max(abs(self%w0(2)), abs(self%w0(3)), abs(self%w0(4))) + inner)
       if (allocated(self%wheels)) then
          call self%wheels%start(system%effects, state, window_time)
          self%rotor = 2*(system%effects%rotor_momentum + self%wheels%rotor)/self%momentum_unit
@@ -228,9 +233,9 @@ contains
          r(5:8) = z(5:8) + (0.25_wp*self%dt)*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*a)
       end if
       if (.not. self%forces%active) return
-      omega = 0.5_wp*a(2:4)
-      if (self%turn%there .and. system%effects%n_torques + system%effects%n_spheres > 0) &
-         omega = omega - frame_rate(self, xm)
+      omega = 0.0_wp
+      if (self%forces%follows_rate) omega = 0.5_wp*a(2:4)
+      if (self%forces%follows_rate .and. self%turn%there) omega = omega - frame_rate(self, xm)
       call self%forces%evaluate(system%effects, self%x0 + z(1:4), xm, omega, s)
       r(5:8) = r(5:8) - (2*self%dt/(self%momentum_unit*dot_product(xm, xm)))*quat_product(xm, s)
    end subroutine residual
@@ -308,7 +313,7 @@ contains
          excess = 0.0_wp
          return
       end if
-      if (self%is_tangent()) then
+      if (self%is_tangent) then
          alpha(1) = 0.0_wp
          call measure_turn(alpha(2:4), beta, q_factor, excess)
          p_factor = q_factor
@@ -354,7 +359,7 @@ contains
          call self%turn%add_momentum_turns(2*alpha, ym, z(5:8), impulse)
          if (self%forces%projection) impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
       end if
-      if (.not. self%is_tangent()) then
+      if (.not. self%is_tangent) then
          call solve_in_frame(self, state, alpha, impulse, dq, dp)
          return
       end if
@@ -404,16 +409,6 @@ contains
 
    end subroutine solve_in_frame
 
-   !> Returns true if p is tangent to the unit sphere at q but for rounding, and the forces are projected: then (5), q·p
-   !> = 0, continues to hold.
-   pure logical function is_tangent(self)
-      class(eight_equations_t), intent(in) :: self
-      real(wp) :: size
-      size = maxval(abs(self%w0(2:4)))
-      if (allocated(self%spheres)) size = size + (2/self%momentum_unit)*maxval(abs(self%spheres%inner))
-      is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*size
-   end function is_tangent
-
    !> Returns true if the step is short enough for the friction of wheels and inner spheres.
    pure logical function is_short(self)
       class(eight_equations_t), intent(in) :: self
@@ -432,7 +427,7 @@ contains
       real(wp), intent(in) :: q1(4)
       !> p1 - p0, kg m²/s; shape (4).
       real(wp), intent(inout) :: dp(4)
-      if (self%turn%there .or. .not. self%is_tangent()) return
+      if (self%turn%there .or. .not. self%is_tangent) return
       dp = dp - (self%w0(1)*self%momentum_unit/dot_product(q1, q1))*q1
    end subroutine make_tangent
 

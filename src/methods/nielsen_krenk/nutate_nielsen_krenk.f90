@@ -146,7 +146,7 @@ contains
                                                    self%equations%momentum_unit)
          call self%equations%start(system, state, dt, window_time)
          self%on_manifold = stays_on_manifold(self%equations)
-         if (allocated(self%equations%spheres) .and. .not. self%equations%is_tangent()) status = fail( &
+         if (allocated(self%equations%spheres) .and. .not. self%equations%is_tangent) status = fail( &
             NUTATE_BAD_ARGUMENT, 'inner spheres need q.p = 0')
       end if
    end subroutine start
@@ -327,7 +327,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'sensitivities need the attitude (expected attitude = .true.)', &
                        'attitude')
       else if (.not. (self%on_manifold .and. (self%prepared_with%inverse_auxiliary_inertia <= 0.0_wp .or. &
-                                              self%equations%is_tangent()))) then
+                                              self%equations%is_tangent))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'sensitivities need |q| = 1, q.p = 0 and the projection', 'projection')
       end if
       if (status%code /= 0) return
