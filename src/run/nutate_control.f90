@@ -5,7 +5,7 @@ module nutate_control
    use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp
    use nutate_limit_event, only: limit_slot_t
-   use nutate_motion, only: find_motion, motion_t
+   use nutate_motion, only: find_velocities
    use nutate_quaternion, only: quat_normalized
    use nutate_saturation_count, only: side_of_limit, note_saturation
    use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, note_saturations
@@ -96,7 +96,7 @@ contains
       real(wp), intent(in) :: margin
       !> A controller has taken a sample.
       logical, intent(out) :: changed
-      type(motion_t) :: motion
+      real(wp) :: omega(3), momentum(3), relative(3)
       integer :: i
       changed = .false.
       do i = 1, system%effects%n_torques
@@ -104,9 +104,9 @@ contains
             if (.not. controller%sample > 0.0_wp) cycle
             if (sense*(controller%next_break(state%t - 2*sense*margin, sense) - state%t) > margin .and. &
                 (controller%on .eqv. controller%was_on)) cycle
-            if (.not. changed) call find_motion(system, state, motion)
+            if (.not. changed) call find_velocities(system, state, omega, momentum, relative)
             changed = .true.
-            call controller%hold(state%t, quat_normalized(state%q), motion%relative, state%t + 2*sense*margin)
+            call controller%hold(state%t, quat_normalized(state%q), relative, state%t + 2*sense*margin)
          end associate
       end do
       if (changed) call command_wheels(system%effects, state%t)

@@ -40,6 +40,8 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
+      type(run_point_t) :: mark
+      type(root_search_t), allocatable :: searches(:)
       if (present(observer)) then
          if (observer%wants_works) progress%record%works = [progress%summary%work, progress%summary%switch_work]
       end if
@@ -47,7 +49,7 @@ contains
          call drive_switched(progress, policy, status, observer)
       else
          if (present(observer)) call observe_first(progress, policy, system, observer, status)
-         call take_steps(progress, policy, system, status, observer)
+         call take_steps(progress, policy, system, mark, searches, status, observer)
          call policy%project_for_output(system, progress%state)
       end if
    end subroutine drive
@@ -59,14 +61,19 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(system_t) :: system
+      type(run_point_t) :: mark
+      type(root_search_t), allocatable :: searches(:)
       system = progress%events%system
       call sample_state(policy, system, progress)
       if (present(observer)) call observe_first(progress, policy, system, observer, status)
       do
-         call take_steps(progress, policy, system, status, observer)
+         call take_steps(progress, policy, system, mark, searches, status, observer)
          call policy%project_for_output(system, progress%state)
          if (status%code /= 0 .or. .not. (progress%events%n_due > 0 .or. is_sample_due(progress))) exit
-         if (progress%events%n_due > 0) call make_switches(policy, system, progress, status)
+         if (progress%events%n_due > 0) then
+            call make_switches(policy, system, progress, status)
+            deallocate (searches)
+         end if
          call sample_state(policy, system, progress)
          call check_sampling(system, progress%state, status)
          if (status%code /= 0 .or. progress%events%stopped .or. is_over(progress)) exit
@@ -110,19 +117,20 @@ contains
    end function sample_margin
 
    !> Takes steps to the end of a run, or to the next switch or sample: the only loop there is, for all methods,
-   !> policies and interfaces. Each round takes one step of the method, which may be a part of a step of the run.
-   subroutine take_steps(progress, policy, system, status, observer)
+   !> policies and interfaces. Each round takes one step of the method, which may be a part of a step of the run. The
+   !> run before a step, `mark`, and the searches of all events are kept for the next call.
+   subroutine take_steps(progress, policy, system, mark, searches, status, observer)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
+      type(run_point_t), intent(inout) :: mark
+      type(root_search_t), allocatable, intent(inout) :: searches(:)
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       integer(long) :: steps, next_poll
       real(wp) :: watched, sense, quiet_until
       logical :: over, watches, waits, vets
-      type(state_t) :: before
-      type(run_point_t) :: mark
-      type(root_search_t), allocatable :: searches(:)
+      type(state_t), allocatable :: before
       next_poll = poll_after(progress, policy)
       over = is_over(progress)
       watches = .false.

@@ -10,7 +10,7 @@ module nutate_motion
    implicit none
    private
 
-   public :: motion_t, find_motion, find_rates, displaced
+   public :: motion_t, find_motion, find_velocities, find_rates, displaced
 
    !> A state and its rates. Body axes; vectors of shape (3).
    type :: motion_t
@@ -34,25 +34,32 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(motion_t), intent(inout) :: motion
-      real(wp) :: half
       motion%state = state
-      associate (q => state%q, p => state%p, momentum => motion%momentum)
+      call find_velocities(system, state, motion%omega, motion%momentum, motion%relative)
+   end subroutine find_motion
+
+   !> Computes angular velocities and momentum of a state as `find_motion` does.
+   pure subroutine find_velocities(system, state, omega, momentum, relative)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Ω, L and Ω relative to the space axes, as in `motion_t`; shape (3).
+      real(wp), intent(out) :: omega(3), momentum(3), relative(3)
+      real(wp) :: half, rigid(3)
+      associate (q => state%q, p => state%p)
          half = 0.5_wp/(q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
          momentum(1) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
          momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
          momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+         rigid = momentum - system%effects%inner_momentum(state%wheel_momentum)
          if (system%effects%varies) then
-            motion%omega = times_vector(inverse_inertia_at(system, state%t), &
-                                        momentum - system%effects%inner_momentum(state%wheel_momentum))
+            omega = times_vector(inverse_inertia_at(system, state%t), rigid)
          else
-            motion%omega = times_vector(system%body%inverse_inertia, &
-                                        momentum - system%effects%inner_momentum(state%wheel_momentum))
+            omega = times_vector(system%body%inverse_inertia, rigid)
          end if
-         motion%relative = motion%omega
-         if (system%effects%frame_turns) &
-            motion%relative = motion%omega - (2*half)*rotate_to_body(q, system%effects%frame_rate)
+         relative = omega
+         if (system%effects%frame_turns) relative = omega - (2*half)*rotate_to_body(q, system%effects%frame_rate)
       end associate
-   end subroutine find_motion
+   end subroutine find_velocities
 
    !> Computes the torques and the rates: J Ω̇ = L×Ω + τ - Σ s ḣ - J̇Ω.
    pure subroutine find_rates(system, window_time, motion)

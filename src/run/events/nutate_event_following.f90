@@ -9,7 +9,6 @@ module nutate_event_following
    use nutate_hamiltonian, only: potential_energy, system_t
    use nutate_kinds, only: wp, long
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
-   use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: few_rows, is_over, progress_t, put_works, run_point_t, take_back
    use nutate_saturation, only: count_saturations
@@ -46,8 +45,6 @@ contains
       type(root_search_t), allocatable, intent(inout) :: searches(:)
       class(observer_t), intent(inout), optional :: observer
       type(status_t), intent(inout) :: status
-      !> State at the start of the step, as the observer receives it.
-      type(state_t) :: start
       !> Sensitivities at the present event, if the run propagates any.
       type(tangent_t), allocatable :: sensitivities
       real(wp) :: length
@@ -71,36 +68,31 @@ contains
 
       !> Evaluates functions and slopes at both ends of the step.
       subroutine close_step()
-         type(motion_t) :: motion
-         type(state_t) :: seen
-         real(wp) :: window_time, turn
+         real(wp) :: window_time, time, turn
          integer :: k
          if (.not. allocated(searches)) allocate (searches(size(progress%events%watched)))
          associate (events => progress%events)
             window_time = 0.5_wp*(mark%state%t + progress%state%t)
             call events%open_step(system, mark%state, window_time)
-            start = events%motion%state
+            events%start = events%motion%state
+            time = time_scale(events%motion)
             call events%open_places()
             ! The end of the step is projected for output: states inside the step lead there.
-            seen = progress%state
-            call policy%project_for_output(system, seen)
-            call find_motion(system, seen, motion)
-            call find_rates(system, window_time, motion)
-            turn = abs(length)/min(time_scale(events%motion), time_scale(motion))
+            events%motion%state = progress%state
+            call policy%project_for_output(system, events%motion%state)
+            call events%find_motion(system, window_time)
+            turn = abs(length)/min(time, time_scale(events%motion))
             turn = max(turn, min(abs(length)*events%bounds%frequency, most_phase))
             do k = 1, size(searches)
-               call open_search(k, motion, window_time, turn)
+               call open_search(k, window_time, turn)
                if (status%code /= 0) return
             end do
-            events%motion = motion
          end associate
       end subroutine close_step
 
       !> Evaluates function and slope of one event at both ends of the step.
-      subroutine open_search(k, motion, window_time, turn)
+      subroutine open_search(k, window_time, turn)
          integer, intent(in) :: k
-         !> Motion at the end of the step.
-         type(motion_t), intent(in) :: motion
          !> Time that decides which torques act, s; rotation of the body in the step, rad.
          real(wp), intent(in) :: window_time, turn
          associate (search => searches(k), curve => searches(k)%curve, watched => progress%events%watched(k))
@@ -110,7 +102,7 @@ contains
             curve%mark => mark
             curve%event = k
             curve%is_cheap = policy%evaluates_cheaply
-            call progress%events%evaluate(k, system, window_time, motion, search%last_parts)
+            call progress%events%evaluate(k, system, window_time, progress%events%motion, search%last_parts)
             status = watched%start_status
             call check_parts(watched%event, search%last_parts, status)
             if (status%code /= 0) return
@@ -124,7 +116,7 @@ contains
             if (watched%event%kind /= CROSSING .and. length < 0.0_wp) search%wanted = -search%wanted
             search%scale = progress%events%variation(k, search%last, turn)
             if (watched%event%kind /= CROSSING) &
-               search%pace = watched%event%magnitude(system, motion)/abs(length)
+               search%pace = watched%event%magnitude(system, progress%events%motion)/abs(length)
             call search%set_sides(watched, is_over(progress))
             watched%lowest = min(watched%lowest, search%last%f)
             watched%highest = max(watched%highest, search%last%f)
@@ -178,7 +170,7 @@ contains
                                      record, sensitivities, mark)
             if (status%code /= 0) return
          else
-            state = start
+            state = progress%events%start
             record = progress%record
             call put_works(mark%summary, record)
          end if
@@ -203,7 +195,7 @@ contains
          if (status%code == 0 .and. allocated(progress%tangent)) call propagate_to_end(s > margin)
          if (status%code /= 0) return
          call put_works(progress%summary, progress%record)
-         last = start
+         last = progress%events%start
          if (s > margin) then
             last = progress%state
             call policy%project_for_output(system, last)

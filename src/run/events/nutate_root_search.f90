@@ -73,6 +73,7 @@ contains
       self%found = .false.
       self%jumped = .false.
       self%has_passed = .false.
+      self%at = 0.0_wp
       self%near = watched%near
       sense = merge(1.0_wp, -1.0_wp, is_end)
       self%period = 0.0_wp
