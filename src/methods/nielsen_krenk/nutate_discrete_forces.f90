@@ -245,23 +245,35 @@ contains
       end do
    end subroutine evaluate
 
-   !> Adds the potentials to s as `evaluate` does, if changes of the body add to them.
+   !> Adds the potentials to s as `evaluate` does, with what changes of the body add: a test of each potential would
+   !> slow down those of other bodies.
    pure subroutine add_reshaped(self, effects, x1, xm, s)
       class(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       real(wp), intent(in) :: x1(4), xm(4)
       real(wp), intent(inout) :: s(4)
-      real(wp) :: gamma(3), gradient(3), end(3)
+      real(wp) :: gamma(3), gradient(3)
       integer :: i
       do i = 1, effects%n_potentials
          gamma = rotate_to_body(xm, self%direction(:, i))
-         end = rotate_to_body(x1, self%direction(:, i))
-         gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), end)
-         call self%add_changes(i, self%gamma0(:, i), end, gradient)
+         gradient = reshaped_gradient(self, effects, i, rotate_to_body(x1, self%direction(:, i)))
          s(2:4) = s(2:4) + cross(gamma, gradient)
          if (.not. self%projection) s(1) = s(1) - dot_product(gamma, gradient)
       end do
    end subroutine add_reshaped
+
+   !> Returns ∇̄U of a potential with what changes of the body add; shape (3).
+   pure function reshaped_gradient(self, effects, i, gamma1) result(gradient)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Index of the potential.
+      integer, intent(in) :: i
+      !> γ at the end of the step, body axes; shape (3).
+      real(wp), intent(in) :: gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), gamma1)
+      call self%add_changes(i, self%gamma0(:, i), gamma1, gradient)
+   end function reshaped_gradient
 
    !> Computes s, ∂s/∂x1 (x̄ moving with x1, Ω̄ fixed) and ∂τ/∂Ω̄.
    pure subroutine linearize(self, effects, x1, xm, omega, s, by_x, by_rate)
@@ -347,45 +359,38 @@ contains
       real(wp), intent(in) :: rate
       !> τ, body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
-      real(wp) :: middle(3), gradient(3), attitude(4), one(3), shrink, square, t1, t2, t3
+      real(wp) :: middle(3), gradient(3), attitude(4), shrink, square, t1, t2, t3
       integer :: i
       shrink = 1/(1 + b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
       square = shrink*shrink
-      t1 = 0.0_wp
-      t2 = 0.0_wp
-      t3 = 0.0_wp
-      do i = 1, effects%n_potentials
-         middle = rotated_back(b, self%direction(:, i))
-         if (self%is_linear(i)) then
-            gradient = self%slope(:, i)
-         else
-            gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), square*rotated_back(b, middle))
-            if (self%reshapes) &
-               call self%add_changes(i, self%gamma0(:, i), square*rotated_back(b, middle), gradient)
-         end if
-         t1 = t1 + square*(middle(2)*gradient(3) - middle(3)*gradient(2))
-         t2 = t2 + square*(middle(3)*gradient(1) - middle(1)*gradient(3))
-         t3 = t3 + square*(middle(1)*gradient(2) - middle(2)*gradient(1))
-      end do
-      if (self%has_spheres) then
-         one = shrink*rotated_back(b, self%pull) - (self%drag*rate)*b
-         t1 = t1 + one(1)
-         t2 = t2 + one(2)
-         t3 = t3 + one(3)
-      end if
-      if (effects%n_torques > 0) then
-         attitude = half_rotated(self%frame, b, shrink)
-         do i = 1, effects%n_torques
-            if (.not. self%acts(i)) cycle
-            one = effects%torques(i)%item%torque(self%t, attitude, rate*b)
-            t1 = t1 + one(1)
-            t2 = t2 + one(2)
-            t3 = t3 + one(3)
+      if (self%reshapes) then
+         call turn_reshaped(self, effects, b, square, tau)
+      else
+         t1 = 0.0_wp
+         t2 = 0.0_wp
+         t3 = 0.0_wp
+         do i = 1, effects%n_potentials
+            middle = rotated_back(b, self%direction(:, i))
+            if (self%is_linear(i)) then
+               gradient = self%slope(:, i)
+            else
+               gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), &
+                                                                       square*rotated_back(b, middle))
+            end if
+            t1 = t1 + square*(middle(2)*gradient(3) - middle(3)*gradient(2))
+            t2 = t2 + square*(middle(3)*gradient(1) - middle(1)*gradient(3))
+            t3 = t3 + square*(middle(1)*gradient(2) - middle(2)*gradient(1))
          end do
+         tau(1) = t1
+         tau(2) = t2
+         tau(3) = t3
       end if
-      tau(1) = t1
-      tau(2) = t2
-      tau(3) = t3
+      if (.not. self%follows_rate) return
+      if (self%has_spheres) tau = tau + (shrink*rotated_back(b, self%pull) - (self%drag*rate)*b)
+      attitude = half_rotated(self%frame, b, shrink)
+      do i = 1, effects%n_torques
+         if (self%acts(i)) tau = tau + effects%torques(i)%item%torque(self%t, attitude, rate*b)
+      end do
    end subroutine turn
 
    !> Computes τ as `turn` does, up to rounding, if all effects are potentials that are linear in a direction.
@@ -397,6 +402,27 @@ contains
       real(wp), intent(out) :: tau(3)
       call sum_fields(size(self%slope, 2), self%direction, self%slope, b, stretch, tau)
    end subroutine turn_in_fields
+
+   !> Adds τ of the potentials as `turn` does, with what changes of the body add.
+   pure subroutine turn_reshaped(self, effects, b, square, tau)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> b = ¼Δt Ω̄, shape (3), and 1/(1+|b|²)².
+      real(wp), intent(in) :: b(3), square
+      real(wp), intent(out) :: tau(3)
+      real(wp) :: middle(3), gradient(3)
+      integer :: i
+      tau = 0.0_wp
+      do i = 1, effects%n_potentials
+         middle = rotated_back(b, self%direction(:, i))
+         if (self%is_linear(i)) then
+            gradient = self%slope(:, i)
+         else
+            gradient = reshaped_gradient(self, effects, i, square*rotated_back(b, middle))
+         end if
+         tau = tau + square*cross_of(middle, gradient)
+      end do
+   end subroutine turn_reshaped
 
    !> Computes τ as `turn_in_fields` does, from directions and gradients.
    pure subroutine sum_fields(n_fields, direction, gradient, b, stretch, tau)

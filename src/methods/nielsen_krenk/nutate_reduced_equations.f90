@@ -457,10 +457,13 @@ contains
       c(1) = -square
       c(2:4) = r
       call add_rotated(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
-      c = self%half_momentum
-      if (allocated(self%spheres)) c(2:4) = c(2:4) - self%spheres%inner
-      c = self%turn%momentum_increment(b, r, square, factor, c, impulse)
-      if (allocated(self%spheres)) c = c + self%spheres%spin
+      if (allocated(self%spheres)) then
+         c = self%half_momentum
+         c(2:4) = c(2:4) - self%spheres%inner
+         c = self%turn%momentum_increment(b, r, square, factor, c, impulse) + self%spheres%spin
+      else
+         c = self%turn%momentum_increment(b, r, square, factor, self%half_momentum, impulse)
+      end if
       call add_increment(state%p, state%p_compensation, 2*quat_product(self%frame, c))
       state%t = state%t + self%dt
    end subroutine finish_in_frame
