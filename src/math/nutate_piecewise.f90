@@ -12,7 +12,7 @@ module nutate_piecewise
    private
 
    public :: piecewise_t, new_hermite, new_linear, new_spline
-   public :: find_bounds, interval_around, interval_at, move_inside, next_point, taylor_term, value_at
+   public :: clamped_term, find_bounds, interval_around, interval_at, move_inside, next_point, taylor_term, value_at
 
    !> Least number of points of a periodic spline; its last point, which equals the first, is included.
    integer, parameter, public :: least_periodic = 4
@@ -317,6 +317,24 @@ contains
       end do
       term = term*(unit/h)**j
    end function taylor_term
+
+   !> Returns coefficient j of the power series about a time, as `taylor_term` does, of a curve that stays at its ends
+   !> before and after them; shape (3).
+   pure function clamped_term(self, j, t, moment, unit) result(term)
+      type(piecewise_t), intent(in) :: self
+      !> Index of the coefficient.
+      integer, intent(in) :: j
+      !> Time, a time inside of the step that begins, ends or contains it, and unit of time, s.
+      real(wp), intent(in) :: t, moment, unit
+      real(wp) :: term(3), time
+      term = 0.0_wp
+      if (j == 0) then
+         time = min(max(t, self%x(0)), self%x(self%n))
+         term = value_at(self, interval_at(self, time), time)
+      else if (moment >= self%x(0) .and. moment <= self%x(self%n)) then
+         term = taylor_term(self, interval_at(self, moment), j, t, unit)
+      end if
+   end function clamped_term
 
    !> Bounds of the length of the vector, of its first and of its second derivative, over all intervals, where
    !> their degree is 3 at most: the corners of the polynomials and of their derivatives in Bernstein's basis.

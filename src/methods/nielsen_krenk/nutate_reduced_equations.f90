@@ -54,7 +54,7 @@ module nutate_reduced_equations
       real(wp) :: scale = 0.0_wp, momentum(3) = 0.0_wp, rotor(3) = 0.0_wp
       !> J/s, with the part that the friction of wheels adds; shape (3,3). Determinant of J/s for a very short step.
       real(wp) :: inertia(3, 3) = 0.0_wp, unloaded = 1.0_wp
-      !> J⁻¹ of the middle of the step, kg⁻¹ m⁻², if the inertia varies; shape (3,3).
+      !> J⁻¹ of the middle of the step, kg⁻¹ m⁻²; shape (3,3).
       real(wp) :: inverse(3, 3) = 0.0_wp
       !> That middle, s.
       real(wp) :: middle = 0.0_wp
@@ -123,6 +123,7 @@ contains
       associate (moments => system%body%moments)
          self%unloaded = (moments(1)/largest)*(moments(2)/largest)*(moments(3)/largest)
       end associate
+      self%inverse = system%body%inverse_inertia
       if (present(middle)) call set_inertia(self, system, middle, largest)
       self%dt = dt
       self%rate = 4/dt
@@ -207,11 +208,7 @@ contains
       inner = system%effects%rotor_momentum
       if (allocated(self%wheels)) inner = inner + self%wheels%first
       if (allocated(self%spheres)) inner = inner + self%spheres%inner
-      if (system%effects%varies) then
-         b = (0.25_wp*self%dt)*times_vector(self%inverse, self%half_momentum(2:4) - inner)
-      else
-         b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, self%half_momentum(2:4) - inner)
-      end if
+      b = (0.25_wp*self%dt)*times_vector(self%inverse, self%half_momentum(2:4) - inner)
    end function explicit_guess
 
    !> Computes the mean momentum of a rotation, for F and its derivative.

@@ -44,18 +44,14 @@ contains
       type(state_t), intent(in) :: state
       !> Ω, L and Ω relative to the space axes, as in `motion_t`; shape (3).
       real(wp), intent(out) :: omega(3), momentum(3), relative(3)
-      real(wp) :: half, rigid(3)
+      real(wp) :: half
       associate (q => state%q, p => state%p)
          half = 0.5_wp/(q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
          momentum(1) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
          momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
          momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
-         rigid = momentum - system%effects%inner_momentum(state%wheel_momentum)
-         if (system%effects%varies) then
-            omega = times_vector(inverse_inertia_at(system, state%t), rigid)
-         else
-            omega = times_vector(system%body%inverse_inertia, rigid)
-         end if
+         omega = times_vector(inverse_inertia_at(system, state%t), &
+                              momentum - system%effects%inner_momentum(state%wheel_momentum))
          relative = omega
          if (system%effects%frame_turns) relative = omega - (2*half)*rotate_to_body(q, system%effects%frame_rate)
       end associate
@@ -101,11 +97,9 @@ contains
          motion%acceleration = motion%acceleration - &
                                times_vector(system%effects%inertia_term(1, motion%state%t, window_time, 1.0_wp), &
                                             motion%omega)
-         motion%acceleration = times_vector(inverse_inertia_at(system, motion%state%t), motion%acceleration)
          motion%inertia_power = inertia_power(system%effects, motion%omega, motion%state%t, window_time)
-      else
-         motion%acceleration = times_vector(system%body%inverse_inertia, motion%acceleration)
       end if
+      motion%acceleration = times_vector(inverse_inertia_at(system, motion%state%t), motion%acceleration)
    end subroutine find_rates
 
    !> Computes the rates ḣ = u - cω of wheels, with h×Ω of inner spheres, and Σ s ḣ.

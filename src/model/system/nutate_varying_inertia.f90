@@ -163,7 +163,7 @@ contains
       !> Time at which the interval ends, s.
       real(wp), intent(in) :: next
       integer, intent(out) :: fault
-      real(wp) :: middle
+      real(wp) :: middle, left(3, 3, 0:3), right(3, 3, 0:3)
       integer :: faults(0:3), i
       do i = 0, 3
          faults(i) = fault_of(inertia + corners(:, :, i), whole + corners(:, :, i), check_triangle)
@@ -176,34 +176,26 @@ contains
          return
       end if
       middle = t + 0.5_wp*(next - t)
-      call find_fault(inertia, whole, check_triangle, left_half(corners), halvings - 1, t, middle, fault)
+      call halve(corners, left, right)
+      call find_fault(inertia, whole, check_triangle, left, halvings - 1, t, middle, fault)
       if (fault /= NO_FAULT) return
       t = middle
-      call find_fault(inertia, whole, check_triangle, mirrored(left_half(mirrored(corners))), halvings - 1, t, next, &
-                      fault)
+      call find_fault(inertia, whole, check_triangle, right, halvings - 1, t, next, fault)
    end subroutine find_fault
 
-   !> Returns corners in reverse order.
-   pure function mirrored(corners) result(reverse)
+   !> Computes the corners of both halves of a polynomial, by the scheme of de Casteljau.
+   pure subroutine halve(corners, left, right)
       real(wp), intent(in) :: corners(3, 3, 0:3)
-      real(wp) :: reverse(3, 3, 0:3)
-      reverse = corners(:, :, 3:0:-1)
-   end function mirrored
-
-   !> Returns the corners of the first half of a polynomial, by the scheme of de Casteljau.
-   pure function left_half(corners) result(left)
-      real(wp), intent(in) :: corners(3, 3, 0:3)
-      real(wp) :: left(3, 3, 0:3), rest(3, 3, 0:3)
+      real(wp), intent(out) :: left(3, 3, 0:3), right(3, 3, 0:3)
       integer :: i, k
-      rest = corners
-      left(:, :, 0) = rest(:, :, 0)
-      do k = 1, 3
-         do i = 0, 3 - k
-            rest(:, :, i) = 0.5_wp*(rest(:, :, i) + rest(:, :, i + 1))
+      right = corners
+      do k = 0, 3
+         left(:, :, k) = right(:, :, 0)
+         do i = 0, 2 - k
+            right(:, :, i) = 0.5_wp*(right(:, :, i) + right(:, :, i + 1))
          end do
-         left(:, :, k) = rest(:, :, 0)
       end do
-   end function left_half
+   end subroutine halve
 
    !> Returns the fault of an inertia.
    pure integer function fault_of(inertia, whole, check_triangle) result(fault)

@@ -42,33 +42,36 @@ contains
       type(system_t), intent(inout) :: system
       type(inner_sphere_t), intent(in) :: sphere
       type(status_t), intent(out) :: status
+      type(system_t) :: grown
       if (.not. sphere%is_valid()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the inner sphere is invalid (expected a positive inertia and damping, '// &
                        'all up to 1e100 in SI units)', 'inner_sphere')
-      else if (system%effects%n_spheres == most_spheres) then
-         status = too_many_spheres()
-      else if (system%effects%n_wheels + 3 > most_inner) then
-         status = too_many()
       else
-         call system%effects%add(sphere)
+         grown = system
+         call grown%effects%add(sphere)
+         call check_numbers(grown, status)
+         if (status%ok()) system = grown
       end if
    end subroutine add_inner_sphere
 
-   !> Returns the error of a body with more wheels and spheres than a state has room for.
-   type(status_t) function too_many() result(status)
+   !> Rejects a body with more wheels and inner spheres than a state has room for.
+   pure subroutine check_numbers(system, status)
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
       character(len=4) :: most
-      write (most, '(i0)') most_inner
-      status = fail(NUTATE_BAD_ARGUMENT, 'there are too many wheels and inner spheres (expected up to '//trim(most)// &
-                    ', a sphere as three)', 'inner_sphere')
-   end function too_many
-
-   !> Returns the error of a body with too many inner spheres.
-   type(status_t) function too_many_spheres() result(status)
-      character(len=4) :: most
-      write (most, '(i0)') most_spheres
-      status = fail(NUTATE_BAD_ARGUMENT, 'there are too many inner spheres (expected up to '//trim(most)//')', &
-                    'inner_sphere')
-   end function too_many_spheres
+      if (system%effects%n_spheres > most_spheres) then
+         write (most, '(i0)') most_spheres
+         status = fail(NUTATE_BAD_ARGUMENT, 'there are too many inner spheres (expected up to '//trim(most)//')', &
+                       'inner_sphere')
+      else if (system%effects%n_reaction_wheels > most_wheels) then
+         write (most, '(i0)') most_wheels
+         status = fail(NUTATE_BAD_ARGUMENT, 'there are too many wheels (expected up to '//trim(most)//')', 'wheel')
+      else if (system%effects%n_wheels > most_inner) then
+         write (most, '(i0)') most_inner
+         status = fail(NUTATE_BAD_ARGUMENT, 'there are too many wheels and inner spheres (expected up to '// &
+                       trim(most)//', a sphere as three)', 'inner_sphere')
+      end if
+   end subroutine check_numbers
 
    !> Subtracts the inertia of all wheels of a system from that of its body. Errors, with the system unchanged: as for
    !> `add_wheel`, and for too many inner spheres.
@@ -76,15 +79,7 @@ contains
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
       type(body_t) :: rest
-      character(len=4) :: most
-      if (system%effects%n_spheres > most_spheres) then
-         status = too_many_spheres()
-      else if (system%effects%n_reaction_wheels > most_wheels) then
-         write (most, '(i0)') most_wheels
-         status = fail(NUTATE_BAD_ARGUMENT, 'there are too many wheels (expected up to '//trim(most)//')', 'wheel')
-      else if (system%effects%n_wheels > most_inner) then
-         status = too_many()
-      end if
+      call check_numbers(system, status)
       if (.not. status%ok() .or. system%effects%n_reaction_wheels == 0) return
       call without(system%body, spinning_inertia(system), rest, status)
       if (status%ok()) system%body = rest
@@ -112,11 +107,9 @@ contains
       type(system_t), intent(in) :: system
       type(body_t) :: rest
       type(status_t) :: status
-      are_mounted = .false.
-      if (system%effects%n_reaction_wheels > most_wheels .or. system%effects%n_spheres > most_spheres .or. &
-          system%effects%n_wheels > most_inner) return
-      are_mounted = system%effects%n_reaction_wheels == 0
-      if (are_mounted) return
+      call check_numbers(system, status)
+      are_mounted = status%ok()
+      if (.not. are_mounted .or. system%effects%n_reaction_wheels == 0) return
       call without(system%body, spinning_inertia(system), rest, status)
       are_mounted = status%ok()
       if (are_mounted) are_mounted = .not. any(abs(rest%inertia - system%body%inertia) > 0.0_wp)

@@ -4,7 +4,7 @@ module nutate_center_change
    use nutate_effect, only: effect_t, torque_t, LINEAR_SERIES
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_piecewise, only: interval_around, interval_at, next_point, piecewise_t, taylor_term, value_at
+   use nutate_piecewise, only: clamped_term, interval_around, next_point, piecewise_t
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: make_body_curve
    implicit none
@@ -64,9 +64,7 @@ contains
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: center(3)
-      real(wp) :: time
-      time = min(max(t, self%curve%x(0)), self%curve%x(self%curve%n))
-      center = value_at(self%curve, interval_at(self%curve, time), time)
+      center = clamped_term(self%curve, 0, t, t, 1.0_wp)
    end function center_at
 
    !> Returns coefficient j of the power series of the displacement since t = 0, body axes, m; shape (3): the j-th
@@ -77,13 +75,8 @@ contains
       !> Time, a time inside of the step that begins, ends or contains it, and unit of time, s.
       real(wp), intent(in) :: t, moment, unit
       real(wp) :: term(3)
-      if (j == 0) then
-         term = self%center_at(t) - self%center_at(0.0_wp)
-      else
-         term = 0.0_wp
-         if (moment < self%curve%x(0) .or. moment > self%curve%x(self%curve%n)) return
-         term = taylor_term(self%curve, interval_at(self%curve, moment), j, t, unit)
-      end if
+      term = clamped_term(self%curve, j, t, moment, unit)
+      if (j == 0) term = term - self%center_at(0.0_wp)
    end function displacement_term
 
    !> Returns zero.

@@ -12,8 +12,7 @@ module nutate_inertia_change
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_piecewise, only: find_bounds, interval_around, interval_at, next_point, piecewise_t, taylor_term, &
-      value_at
+   use nutate_piecewise, only: clamped_term, find_bounds, interval_around, next_point, piecewise_t
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -177,14 +176,7 @@ contains
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: inertia(3, 3)
-      real(wp) :: six(6), time
-      integer :: k
-      time = min(max(t, self%squares%x(0)), self%squares%x(self%squares%n))
-      k = interval_at(self%squares, time)
-      six = 0.0_wp
-      six(1:3) = value_at(self%squares, k, time)
-      if (self%has_products) six(4:6) = value_at(self%products, k, time)
-      inertia = symmetric(six)
+      inertia = table_term(self, 0, t, t, 1.0_wp)
    end function tabulated_at
 
    !> Returns coefficient j of the power series of ΔJ(t), body axes, kg m²; shape (3,3): ΔJ is zero at t = 0.
@@ -222,17 +214,10 @@ contains
       real(wp), intent(in) :: t, moment, unit
       real(wp) :: term(3, 3)
       real(wp) :: six(6)
-      integer :: k
-      term = 0.0_wp
-      if (j == 0) then
-         term = self%tabulated_at(t)
-      else if (moment >= self%start .and. moment <= self%stop) then
-         k = interval_at(self%squares, moment)
-         six = 0.0_wp
-         six(1:3) = taylor_term(self%squares, k, j, t, unit)
-         if (self%has_products) six(4:6) = taylor_term(self%products, k, j, t, unit)
-         term = symmetric(six)
-      end if
+      six = 0.0_wp
+      six(1:3) = clamped_term(self%squares, j, t, moment, unit)
+      if (self%has_products) six(4:6) = clamped_term(self%products, j, t, moment, unit)
+      term = symmetric(six)
    end function table_term
 
    !> Returns dJ/dt, body axes, kg m²/s; shape (3,3).
