@@ -53,6 +53,8 @@ module nutate_composition
    type, extends(stepper_t) :: composition_t
       private
       type(stage_t), allocatable :: stages(:)
+      !> State at the start of the step.
+      type(state_t), allocatable :: kept
    contains
       !> Sets the stepper to compose; must come before `prepare`.
       procedure :: compose
@@ -104,6 +106,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'a composition needs a stepper to compose')
          return
       end if
+      if (.not. allocated(self%kept)) allocate (self%kept)
       do i = 1, size(self%stages)
          call self%stages(i)%stepper%prepare(system, settings, status)
          if (.not. status%ok()) return
@@ -117,9 +120,8 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      type(state_t) :: trial
       integer :: i, k
-      trial = state
+      call self%kept%copy_from(state, system%effects%n_wheels, .false.)
       self%iterations = 0
       self%continued = 0
       self%uncertified = 0
@@ -127,7 +129,7 @@ contains
       self%work = 0.0_wp
       do i = 1, size(self%stages)
          associate (stage => self%stages(i)%stepper)
-            call stage%advance(system, trial, self%stages(i)%weight*dt, window_time, status)
+            call stage%advance(system, state, self%stages(i)%weight*dt, window_time, status)
             self%iterations = self%iterations + stage%iterations
             self%continued = self%continued + stage%continued
             self%uncertified = self%uncertified + stage%uncertified
@@ -140,9 +142,11 @@ contains
       end do
       status%iterations = self%iterations
       status%residual = self%residual
-      if (status%code /= 0) return
-      trial%t = state%t + dt
-      state = trial
+      if (status%code == 0) then
+         state%t = self%kept%t + dt
+      else
+         call state%copy_from(self%kept, system%effects%n_wheels, .false.)
+      end if
    end subroutine advance
 
    !> So do the steppers of all stages.

@@ -187,15 +187,13 @@ contains
       !> Time that decides which motors act, s.
       real(wp), intent(in) :: window_time
       integer :: i
-      associate (n => self%n_wheels)
-         self%wheels%first_momentum(:n) = state%wheel_momentum(:n)
-         self%wheels%momentum(:n) = state%wheel_momentum(:n)
-         self%wheels%gain(:n) = 0.0_wp
-         self%wheels%work(:, :n) = 0.0_wp
-      end associate
       self%rotor = system%effects%inner_momentum(state%wheel_momentum)
       self%wheels%stage = 0
       do i = 1, self%n_wheels
+         self%wheels%first_momentum(i) = state%wheel_momentum(i)
+         self%wheels%momentum(i) = state%wheel_momentum(i)
+         self%wheels%gain(i) = 0.0_wp
+         self%wheels%work(:, i) = 0.0_wp
          associate (wheel => system%effects%wheels(i))
             self%wheels%driven(i) = wheel%is_driven(window_time)
             if (self%wheels%driven(i)) self%wheels%window(:, i) = wheel%drive_window(window_time)
