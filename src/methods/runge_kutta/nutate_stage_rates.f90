@@ -63,13 +63,8 @@ contains
       do i = 1, rates%n_wheels
          inner = inner - y(8 + i)*system%effects%wheels(i)%axis
       end do
-      if (rates%varies) then
-         self%to_angle = inverse_inertia_at(system, self%t)
-         self%omega = times_vector(self%to_angle, inner)
-         self%to_angle = rates%dt*self%to_angle
-      else
-         self%omega = times_vector(system%body%inverse_inertia, inner)
-      end if
+      self%omega = times_vector(inverse_inertia_at(system, self%t), inner)
+      if (rates%varies) self%to_angle = rates%dt*inverse_inertia_at(system, self%t)
       angle = times_vector(self%to_angle, inner)
       self%relative = self%omega
       rotating = 0.0_wp

@@ -10,7 +10,7 @@ module nutate_motion
    implicit none
    private
 
-   public :: motion_t, find_motion, find_velocities, find_rates, displaced
+   public :: motion_t, find_motion, find_velocities, find_rates, renew_motion, displaced
 
    !> A state and its rates. Body axes; vectors of shape (3).
    type :: motion_t
@@ -101,6 +101,16 @@ contains
       end if
       motion%acceleration = times_vector(inverse_inertia_at(system, motion%state%t), motion%acceleration)
    end subroutine find_rates
+
+   !> Computes velocities and rates of the state of a motion.
+   pure subroutine renew_motion(system, window_time, motion)
+      type(system_t), intent(in) :: system
+      !> Time as in `find_rates`, s.
+      real(wp), intent(in) :: window_time
+      type(motion_t), intent(inout) :: motion
+      call find_velocities(system, motion%state, motion%omega, motion%momentum, motion%relative)
+      call find_rates(system, window_time, motion)
+   end subroutine renew_motion
 
    !> Computes the rates ḣ = u - cω of wheels, with h×Ω of inner spheres, and Σ s ḣ.
    pure subroutine turn_wheels(system, window_time, motion, inner)

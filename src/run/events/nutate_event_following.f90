@@ -9,6 +9,7 @@ module nutate_event_following
    use nutate_hamiltonian, only: potential_energy, system_t
    use nutate_kinds, only: wp, long
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
+   use nutate_motion, only: renew_motion
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: few_rows, is_over, progress_t, put_works, run_point_t, take_back
    use nutate_saturation, only: count_saturations
@@ -80,7 +81,7 @@ contains
             ! The end of the step is projected for output: states inside the step lead there.
             events%motion%state = progress%state
             call policy%project_for_output(system, events%motion%state)
-            call events%find_motion(system, window_time)
+            call renew_motion(system, window_time, events%motion)
             turn = abs(length)/min(time, time_scale(events%motion))
             turn = max(turn, min(abs(length)*events%bounds%frequency, most_phase))
             do k = 1, size(searches)

@@ -137,8 +137,6 @@ module nutate_event_tracker
       procedure, non_overridable :: evaluate
       !> Evaluates functions and slopes at the start of a step.
       procedure, non_overridable :: open_step
-      !> Computes velocities and rates of the state of the motion.
-      procedure, non_overridable :: find_motion
       !> Notes functions and slopes at the position where a step was ended.
       procedure, non_overridable :: place
       !> Returns the size of the variation of a function.
@@ -247,14 +245,6 @@ module nutate_event_tracker
          !> Time that decides which torques act, s.
          real(wp), intent(in) :: window_time
       end subroutine open_step
-
-      !> Computes velocities and rates of the state of the motion.
-      module subroutine find_motion(self, system, window_time)
-         class(event_tracker_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         !> Time that decides which torques act, s.
-         real(wp), intent(in) :: window_time
-      end subroutine find_motion
 
       !> Notes functions and slopes at the position where a step was ended, as they are in the step.
       module subroutine place(self, system, state, window_time)

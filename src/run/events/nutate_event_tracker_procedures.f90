@@ -5,7 +5,7 @@ submodule(nutate_event_tracker) nutate_event_tracker_procedures
    use nutate_event, only: CROSSING, find_family, second_rate
    use nutate_kinds, only: eps
    use nutate_limit_event, only: limit_event_t, limit_slot_t
-   use nutate_motion, only: find_rates, find_velocities
+   use nutate_motion, only: renew_motion
    use nutate_motion_bounds, only: bound_motion
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
    implicit none
@@ -218,7 +218,7 @@ contains
       ! A state at the time of the last one is that observed at the end of the last step: continuous functions are the
       ! same to the last digit.
       if (.not. placed .or. abs(self%motion%state%t - state%t) > 0.0_wp) self%motion%state = state
-      call self%find_motion(system, window_time)
+      call renew_motion(system, window_time, self%motion)
       do i = 1, size(self%watched)
          associate (watched => self%watched(i))
             before = watched%f
@@ -231,17 +231,10 @@ contains
       self%placed = .true.
    end procedure open_step
 
-   module procedure find_motion
-      associate (motion => self%motion)
-         call find_velocities(system, motion%state, motion%omega, motion%momentum, motion%relative)
-         call find_rates(system, window_time, motion)
-      end associate
-   end procedure find_motion
-
    module procedure place
       integer :: i
       self%motion%state = state
-      call self%find_motion(system, window_time)
+      call renew_motion(system, window_time, self%motion)
       do i = 1, size(self%watched)
          call evaluate_functions(self, i, system, window_time)
       end do
