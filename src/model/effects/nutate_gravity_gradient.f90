@@ -232,8 +232,8 @@ contains
       !> Not used.
       real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
-      real(wp) :: xy, xz, yz, squares(3), x
-      integer :: i, j
+      real(wp) :: xy, xz, yz, squares(3)
+      integer :: j
       xy = 0.0_wp
       xz = 0.0_wp
       yz = 0.0_wp
@@ -245,13 +245,12 @@ contains
       associate (a => self%stiffness)
          tau = [(a(3, 3) - a(2, 2))*yz, (a(1, 1) - a(3, 3))*xz, (a(2, 2) - a(1, 1))*xy]
          if (.not. (abs(a(2, 1)) > 0.0_wp .or. abs(a(3, 1)) > 0.0_wp .or. abs(a(3, 2)) > 0.0_wp)) return
-         do i = 1, 3
-            x = 0.0_wp
-            do j = 0, k
-               x = x + gamma(i, j)*gamma(i, k - j)
-            end do
-            squares(i) = x
+         squares = 0.0_wp
+         do j = 0, (k + 1)/2 - 1
+            squares = squares + gamma(:, j)*gamma(:, k - j)
          end do
+         squares = 2*squares
+         if (iand(k, 1) == 0) squares = squares + gamma(:, k/2)*gamma(:, k/2)
          tau(1) = tau(1) + a(3, 2)*(squares(2) - squares(3)) + (a(3, 1)*xy - a(2, 1)*xz)
          tau(2) = tau(2) + a(3, 1)*(squares(3) - squares(1)) + (a(2, 1)*yz - a(3, 2)*xy)
          tau(3) = tau(3) + a(2, 1)*(squares(1) - squares(2)) + (a(3, 2)*xz - a(3, 1)*yz)
