@@ -19,8 +19,9 @@ from .events import History
 from .pictures import colour, symbol
 from .scenes import Scene
 from .shapes import Surface, surface_of, wheel_axes
-from .solutions import Solution, stacked
+from .solutions import Solution
 from .systems import System
+from .tables import stacked
 
 # Turn between two frames, rad: the one that is aimed at, and the largest; and how many frames there are.
 FRAME_TURN, LARGEST_TURN = 0.2, 0.3
