@@ -11,7 +11,7 @@ module test_problems
 
    public :: problem_t, box, precessing_top, fast_top, bruls_top, simo_top, free_body, forced_body, march, &
       solve, wheeled_body
-   !> What tests make states with, and what they read from states.
+   !> Procedures of the library by which tests make and read states.
    public :: angular_velocity, body_momentum, conserved_energy, frame_rate_of, kinetic_energy, make_state, &
       potential_energy, space_momentum, system_t, total_energy
 
