@@ -54,7 +54,7 @@ module test_effect_samples
          real(wp), intent(in) :: moments(3), rate
       end function spinner
 
-      !> Reads the samples from the files. Fails if a kind of the catalogue is in none of them.
+      !> Reads the samples from the files; an error if an effect of the catalogue has none.
       module subroutine load(self, error)
          class(effect_samples_t), intent(out) :: self
          type(error_type), allocatable, intent(inout) :: error

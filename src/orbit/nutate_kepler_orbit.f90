@@ -42,7 +42,8 @@ module nutate_kepler_orbit
       real(wp) :: periapsis_distance = 0.0_wp, periapsis_time = 0.0_wp
       !> Positions by time, replacing all elements.
       type(track_t), allocatable :: track
-      !> Ω, i and ω for which the quaternion of the plane is stored, and it; shapes (3), (4).
+      !> Right ascension of the ascending node, inclination and argument of the periapsis, rad, shape (3), for which the
+      !> quaternion of the plane is stored; and this, shape (4).
       real(wp), private :: angles_of_plane(3) = huge(1.0_wp), plane(4) = 0.0_wp
    contains
       !> Returns n = √(μ/a³), rad/s; 0 of an open orbit and of a table.
@@ -429,7 +430,7 @@ contains
       self%angles_of_plane = angles_of(self)
    end subroutine store_plane
 
-   !> Returns Ω, i and ω of the plane, rad; shape (3).
+   !> Returns right ascension of the ascending node, inclination and argument of the periapsis, rad; shape (3).
    pure function angles_of(self) result(angles)
       class(kepler_orbit_t), intent(in) :: self
       real(wp) :: angles(3)

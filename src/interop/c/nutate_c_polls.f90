@@ -66,7 +66,7 @@ contains
       self%left = self%left - 1
       if (self%left > 0) return
       call system_clock(now, rate)
-      ! A reading takes 3 % of the cheapest step.
+      ! A reading takes 3 % of the cheapest step, so that quick steps share one.
       self%stride = min(2*self%stride, most_polls)
       if (now - self%read > int(quick*real(rate, wp), long)) self%stride = 1
       self%left = self%stride
