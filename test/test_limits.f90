@@ -37,6 +37,7 @@ contains
                   new_unittest("settings at their limits", settings), &
                   new_unittest("events and variations at their limits", events), &
                   new_unittest("every key of a number is tried", all_keys), &
+                  new_unittest("names of keys, choices and defaults are not cut off", whole_texts), &
                   new_unittest("whole numbers at their limits", whole_numbers), &
                   new_unittest("motions and turns at their limits", motions), &
                   new_unittest("the strength of an effect does not depend on the attitude", strengths), &
@@ -113,6 +114,27 @@ contains
          end do
       end do
    end subroutine all_keys
+
+   !> A text that fills its component may have lost its end: a name without its last letters is a key that nobody can
+   !> set.
+   subroutine whole_texts(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(group_kind_t), allocatable :: kinds(:)
+      integer :: i, k
+      kinds = scene_kinds()
+      do i = 1, size(kinds)
+         call check(error, len_trim(kinds(i)%name) < len(kinds(i)%name), kinds(i)%name)
+         do k = 1, size(kinds(i)%keys)
+            associate (key => kinds(i)%keys(k))
+               call check(error, len_trim(key%name) < len(key%name), key%name)
+               call check(error, len_trim(key%choices) < len(key%choices), trim(key%name)//': choices')
+               call check(error, len_trim(key%instead_of) < len(key%instead_of), trim(key%name)//': other names')
+               call check(error, len_trim(key%default) < len(key%default), trim(key%name)//': default')
+               call check(error, len_trim(key%beside) < len(key%beside), trim(key%name)//': beside')
+            end associate
+         end do
+      end do
+   end subroutine whole_texts
 
    !> Steps between rows: at least 1.
    subroutine whole_numbers(error)

@@ -14,7 +14,7 @@ module nutate_keys
    public :: KEY_REAL, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
 
    !> Longest name of a group or key.
-   integer, parameter :: name_length = 24
+   integer, parameter :: name_length = 32
 
    !> A real number or several.
    integer, parameter :: KEY_REAL = 1
@@ -43,7 +43,7 @@ module nutate_keys
       !> Keys with the same meaning, comma separated: set from the command line, this key takes their place.
       character(len=48) :: instead_of = ''
       !> Value of the key if it is absent, as a scene would write it, for reports on scenes; blank: not reported.
-      character(len=16) :: default = ''
+      character(len=20) :: default = ''
       !> The default holds beside one of these keys, comma separated; blank: always.
       character(len=48) :: beside = ''
    contains

@@ -164,6 +164,10 @@ class VaryingInertia(CommandLineTest):
         # m g h = 3 kg, 10 m/s2, 0.2 m.
         self.assertRegex(page, r"work of time-dependent potentials +6 J")
         self.assertNotIn("work of center", page)
+        # The natural spline through these lines is z = 0.215625 m at 1 s; the straight line is 0.2 m.
+        for way, work in (("linear", "3"), ("cubic", "3.46875")):
+            page = self.succeed("run", "rise.nml", "--set", f"body.center_of_mass_interpolation='{way}'", "--set", "integrator.end_time=1").stderr
+            self.assertRegex(page, rf"work of time-dependent potentials +{work} J", way)
         page = self.succeed("check", "rise.nml").stdout
         self.assertIn("0, 0, 0.1 m, at t = 0: it moves by a table", page)
         self.fail_with(2, "check", "rise.nml", "--set", "integrator.end_time=7",
