@@ -191,7 +191,7 @@ contains
       call demand_counter(error)
       if (.not. allocated(error) .and. heap_in_use() == 0) call skip_test(error, "the heap cannot be measured here")
       if (allocated(error)) return
-      call check_size(error, '', 'nielsen_krenk', 'reduced', 8500)
+      call check_size(error, '', 'nielsen_krenk', 'reduced', 8600)
       call check_size(error, '', 'nielsen_krenk', 'full', 8800)
       call check_size(error, '', 'rk4', '', 8500)
       call check_size(error, '', 'rk8', '', 9100)

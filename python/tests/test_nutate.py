@@ -312,6 +312,31 @@ class CallbackTest(unittest.TestCase):
         stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
         self.assertEqual(tuple(stepper.energy[3:]), (0.0, 0.0))
 
+    def test_a_stepper_that_ran_before_gives_the_bits_of_a_new_one(self):
+        effects = ("", "&damping coefficient = 0.05, 0.05, 0.02 /&torque body = 0.5, 0.2, 0.1, frequency = 0.3 /",
+                   "&wheel axis = 0, 0, 1, inertia = 0.1, speed = 10, torque = 0.1 /",
+                   "&orbit semi_major_axis = 7e6, inclination = 0.5 /&gravity_gradient /", "&rotating_frame rate = 0.3, -0.2, 0.5 /",
+                   "&inner_sphere inertia = 0.3, damping = 0.2 /")
+        tried = 0
+        for effect in effects:
+            system = nutate.System(text=f"&body inertia = 2, 3, 4 /{effect}")
+            for method in ("nielsen_krenk", "rk4", "rk8", "dop853", "taylor"):
+                for settings in ({"time_step": 0.02}, {"local_tolerance": 1e-8}, {"local_tolerance": 1e-8, "conserve": True}):
+                    new = nutate.Stepper(system, method=method, **settings)
+                    used = nutate.Stepper(system, method=method, **settings)
+                    used.set_state((1, 0, 0, 0), (3, -1, 2))
+                    used.run_to(0.7, times=(0.1, 0.33))
+                    used.run_to(0.9)
+                    for end in (1.5, 2.5):
+                        for stepper in (new, used):
+                            if end < 2:
+                                stepper.set_state((0.8, 0.6, 0, 0), (0.3, 1, 5))
+                        first, second = new.run_to(end), used.run_to(end)
+                        for name, values in first.items():
+                            self.assertEqual(values.tobytes(), second[name].tobytes(), (effect, method, settings, name))
+                        tried += 1
+        self.assertEqual(tried, 2*3*5*len(effects))
+
     def test_a_stepper_outlives_its_system(self):
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_user_torque(lambda t, q, omega: -omega)
@@ -480,6 +505,15 @@ class MisuseTest(unittest.TestCase):
         stepper = make_box()
         stepper.set(method="rk4", formulation="full")
         self.refuse(nutate.NutateError, ".", stepper.step, 0.01)
+
+    def test_a_method_that_cannot_be_prepared_moves_nothing(self):
+        stepper = nutate.Stepper(nutate.System(text="&body inertia = 2, 3, 4 /&damping coefficient = 0.1, 0.1, 0.1 /"), method="exact", time_step=0.1)
+        stepper.set_state((1, 0, 0, 0), (1, 2, 3))
+        for _ in range(2):
+            for attempt in (stepper.prepare, lambda: stepper.step(0.1), lambda: stepper.run(3), lambda: stepper.run_to(1)):
+                with self.assertRaisesRegex(nutate.NutateValueError, "solves free bodies only"):
+                    attempt()
+        self.assertEqual((stepper.time, *stepper.angular_velocity.round(12)), (0, 1, 2, 3))
 
     def test_a_text_with_a_nul_is_refused_as_a_whole(self):
         system, stepper = nutate.System(moments=(1, 2, 2.5)), make_box()

@@ -22,17 +22,59 @@ contains
 
    module procedure make_stepper
       type(integrator_settings_t) :: complete
-      type(method_t) :: method
-      type(lvlh_view_t) :: view
-      type(projected_stepper_t), allocatable :: projected
-      class(stepper_wrapper_t), allocatable :: wrapper
+      integer :: row, parts
+      logical :: rotates, moves_along
       complete = with_defaults(settings)
-      method = method_of(settings)
-      if (method%name == '') then
+      row = row_of(complete)
+      if (row == 0) then
+         if (allocated(stepper)) deallocate (stepper)
          status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(complete%method)// &
                        "' of this order and formulation, with or without conserve as asked for", 'method')
          return
       end if
+      call find_wrappers(system, complete, rotates, moves_along)
+      parts = sum([row, 64, 128, 256, 512], mask=[.true., complete%conserve, complete%attitude, rotates, moves_along])
+      if (allocated(stepper)) then
+         if (stepper%parts /= parts) deallocate (stepper)
+      end if
+      if (.not. allocated(stepper)) then
+         call put_together(complete, methods(row), rotates, moves_along, stepper, status)
+         if (.not. status%ok()) then
+            if (allocated(stepper)) deallocate (stepper)
+            return
+         end if
+         stepper%parts = parts
+      end if
+      call stepper%prepare(system, complete, status)
+      if (.not. status%ok()) deallocate (stepper)
+   end procedure make_stepper
+
+   !> Finds which axes a stepper has to step in.
+   subroutine find_wrappers(system, settings, rotates, moves_along)
+      type(system_t), intent(in) :: system
+      !> With their defaults.
+      type(integrator_settings_t), intent(in) :: settings
+      !> Its equations hold in rotating axes only; it steps in the LVLH axes of a circular orbit.
+      logical, intent(out) :: rotates, moves_along
+      type(lvlh_view_t) :: view
+      rotates = all(settings%method /= ['taylor', 'exact ']) .and. settings%attitude .and. &
+                follows_rotating_axes(system%effects)
+      moves_along = settings%attitude .and. .not. settings%in_space_axes
+      if (.not. moves_along) return
+      call view%prepare(system)
+      moves_along = view%exists
+   end subroutine find_wrappers
+
+   !> Puts a stepper together, still to be prepared. Errors: those of `compose`.
+   subroutine put_together(complete, method, rotates, moves_along, stepper, status)
+      !> Settings with their defaults, and the row of the table that they mean.
+      type(integrator_settings_t), intent(in) :: complete
+      type(method_t), intent(in) :: method
+      logical, intent(in) :: rotates, moves_along
+      class(stepper_t), allocatable, intent(out) :: stepper
+      type(status_t), intent(inout) :: status
+      type(projected_stepper_t), allocatable :: projected
+      class(stepper_wrapper_t), allocatable :: wrapper
       select case (complete%method)
       case ('rk4')
          allocate (rk4_t :: stepper)
@@ -52,8 +94,7 @@ contains
          end if
          if (complete%order > 2) call compose_stepper(complete%order, stepper, status)
       end select
-      if (all(complete%method /= ['taylor', 'exact ']) .and. complete%attitude .and. &
-          follows_rotating_axes(system%effects)) then
+      if (rotates) then
          allocate (rotated_stepper_t :: wrapper)
          call put_around(wrapper, stepper)
       end if
@@ -65,21 +106,11 @@ contains
       end if
       if (.not. status%ok()) return
       stepper%conserves = method%can_project .and. .not. complete%conserve
-      call view%prepare(system)
-      if (view%exists .and. complete%attitude .and. .not. complete%in_space_axes) then
+      if (moves_along) then
          allocate (lvlh_stepper_t :: wrapper)
          call put_around(wrapper, stepper)
       end if
-      call stepper%prepare(system, complete, status)
-   end procedure make_stepper
-
-   module procedure get_stepper
-      if (allocated(stepper)) then
-         call stepper%prepare(system, settings, status)
-      else
-         call make_stepper(system, settings, stepper, status)
-      end if
-   end procedure get_stepper
+   end subroutine put_together
 
    !> Puts a wrapper with a stepper inside in the stepper's place.
    subroutine put_around(wrapper, stepper)

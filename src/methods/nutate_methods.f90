@@ -9,7 +9,7 @@ module nutate_methods
 
    !> Types of the arguments of `make_stepper`, which its callers need.
    public :: dense_stepper_t, integrator_settings_t, stepper_t, system_t
-   public :: method_t, methods, make_stepper, get_stepper, compose_stepper, default_settings, equations_of, family_of, &
+   public :: method_t, methods, make_stepper, compose_stepper, default_settings, equations_of, family_of, row_of, &
       leaves_attitude_out, method_of, with_defaults
 
    !> One method: how scene files and messages speak of it, and what it can do.
@@ -71,26 +71,18 @@ module nutate_methods
 
    interface
 
-      !> Makes a stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced
-      !> form, whichever the formulation: the body momentum has three equations.
+      !> Makes a stepper of the method that the settings name, prepared for a system; one that is there and has the same
+      !> parts is prepared anew instead. Without attitude it is the reduced form, whichever the formulation: the body
+      !> momentum has three equations.
       !>
-      !> Errors: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's `prepare`.
+      !> Errors, with no stepper: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's
+      !> `prepare`.
       module subroutine make_stepper(system, settings, stepper, status)
          type(system_t), intent(in) :: system
          type(integrator_settings_t), intent(in) :: settings
-         class(stepper_t), allocatable, intent(out) :: stepper
+         class(stepper_t), allocatable, intent(inout) :: stepper
          type(status_t), intent(out) :: status
       end subroutine make_stepper
-
-      !> A stepper of these settings, prepared for a system: the one that is there, or a new one. Errors: those of
-      !> `make_stepper`.
-      module subroutine get_stepper(system, settings, stepper, status)
-         type(system_t), intent(in) :: system
-         type(integrator_settings_t), intent(in) :: settings
-         !> If allocated, one that was made with the same settings.
-         class(stepper_t), allocatable, intent(inout) :: stepper
-         type(status_t), intent(inout) :: status
-      end subroutine get_stepper
 
       !> Puts the composition of a stepper of order 2, still to be prepared, in its place. Errors: those of `compose`.
       module subroutine compose_stepper(order, stepper, status)
@@ -119,11 +111,12 @@ contains
       character(len=*), intent(in) :: method
       integer :: i
       settings%method = method
-      do i = size(methods), 1, -1
+      do i = 1, size(methods)
          if (methods(i)%name /= method) cycle
          settings%order = methods(i)%order
          settings%formulation = methods(i)%formulation
          settings%conserve = methods(i)%projected
+         exit
       end do
    end function default_settings
 

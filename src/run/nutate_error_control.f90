@@ -39,9 +39,10 @@ module nutate_error_control
       type(step_length_t) :: length
       !> Fixed steps, which suit some runs to an accuracy.
       type(equal_steps_t), public :: equal
-      !> The whole step, its halves (or the only one), and branches for output points; each with its own memory, if
-      !> needed.
-      class(stepper_t), allocatable :: whole, half, branch
+      !> The halves of a step, or the only one: `begin` prepares a stepper that is there anew.
+      class(stepper_t), allocatable, public :: half
+      !> The whole step, and branches for output points; each with its own memory, if needed.
+      class(stepper_t), allocatable :: whole, branch
       !> Branch for events, which does not affect output points; true if it has been used since the last step.
       class(stepper_t), allocatable :: probe
       logical :: probed = .false.

@@ -3,7 +3,7 @@ submodule(nutate_error_control) nutate_error_control_procedures
    use nutate_disturbance, only: disturb_state
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: long
-   use nutate_methods, only: get_stepper, make_stepper, method_of
+   use nutate_methods, only: make_stepper, method_of
    use nutate_progress, only: add_works, count_step, put_works
    use nutate_quaternion, only: attitude_distance, quat_norm
    use nutate_step_subdivision, only: go_inside
@@ -20,7 +20,7 @@ contains
       real(wp) :: rate, duration
       logical :: rows_inside
       duration = progress%plan%end_time - progress%state%t
-      if (.not. allocated(self%half)) then
+      if (.not. allocated(self%work)) then
          self%method = method_of(settings)
          self%is_dense = self%method%dense
          if (.not. settings%max_step < huge(1.0_wp)) &
@@ -30,15 +30,15 @@ contains
       self%max_step = settings%max_step
       own%project_each = .not. self%equal%suit
       rows_inside = progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)
-      if (allocated(self%half) .and. self%equal%suit) rows_inside = rows_inside .or. self%half%keeps_steps
-      call get_stepper(system, own, self%half, status)
+      if (allocated(self%work) .and. self%equal%suit) rows_inside = rows_inside .or. self%half%keeps_steps
+      call make_stepper(system, own, self%half, status)
       if (.not. status%ok()) return
       if (self%method%estimate_power == 0 .and. .not. (self%method%dense .or. self%equal%suit)) &
-         call get_stepper(system, own, self%whole, status)
+         call make_stepper(system, own, self%whole, status)
       if (rows_inside .and. self%equal%suit) call self%half%keep_steps()
       if (rows_inside .and. .not. (self%method%dense .or. self%equal%suit) .and. status%ok()) &
-         call get_stepper(system, own, self%branch, status)
-      if (allocated(self%probe) .and. status%ok()) call get_stepper(system, own, self%probe, status)
+         call make_stepper(system, own, self%branch, status)
+      if (allocated(self%probe) .and. status%ok()) call make_stepper(system, own, self%probe, status)
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(system%effects%n_works()), source=0.0_wp)
       self%longest = huge(self%longest)

@@ -41,6 +41,8 @@ module nutate_run
       !> Sensitivities as they were given, if there are any: those of a tangent follow the body.
       type(variation_t), allocatable, private :: variations(:)
       class(step_policy_t), allocatable :: policy
+      !> Stepper of an earlier part of the run, which serves the next part if it has the same method.
+      class(stepper_t), allocatable :: spare
    contains
       !> Sets a plan and the first state; prepares the steppers, or copies those that are prepared.
       generic :: begin => begin_by_settings, begin_by_stepper
@@ -273,7 +275,7 @@ module nutate_run
          type(tangent_t), intent(out), optional :: tangent
       end subroutine state_at
 
-      !> Releases the step policy, so that the caller can perform single steps.
+      !> Releases the step policy, so that the caller can perform single steps, and keeps its stepper as the spare one.
       module subroutine release(self)
          class(run_t), intent(inout), target :: self
       end subroutine release

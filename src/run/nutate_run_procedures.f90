@@ -105,9 +105,11 @@ contains
       if (self%plan%goal%active()) then
          call choose(self, system, status)
          if (.not. status%ok()) return
+         call self%release()
          allocate (control)
+         if (allocated(self%spare)) call move_alloc(self%spare, control%half)
          call control%begin(system, self%summary%settings, self%progress_t, status)
-         call move_alloc(control, self%policy)
+         if (status%ok()) call move_alloc(control, self%policy)
       else
          if (.not. allocated(self%stepper)) then
             call choose(self, system, status)
@@ -398,7 +400,12 @@ contains
    end procedure state_at
 
    module procedure release
-      if (allocated(self%policy)) deallocate (self%policy)
+      if (.not. allocated(self%policy)) return
+      select type (control => self%policy)
+      type is (error_control_t)
+         if (allocated(control%half)) call move_alloc(control%half, self%spare)
+      end select
+      deallocate (self%policy)
    end procedure release
 
 end submodule nutate_run_procedures

@@ -41,6 +41,7 @@ contains
          if (allocated(from%run%stepper)) call move_alloc(from%run%stepper, method)
          if (allocated(from%run%policy)) call move_alloc(from%run%policy, policy)
          if (allocated(from%inside)) deallocate (from%inside)
+         if (allocated(from%run%spare)) deallocate (from%run%spare)
          allocate (handle, source=from, stat=failed)
          if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'not enough memory for a stepper')
          if (allocated(policy)) call move_alloc(policy, from%run%policy)

@@ -146,6 +146,7 @@ contains
          call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
                               run%summary%settings, choice, status)
          if (choice /= '') run%summary%choice = choice
+         if (allocated(run%spare)) call move_alloc(run%spare, run%stepper)
          if (status%ok()) call make_stepper(handle%system, run%summary%settings, run%stepper, status)
          if (status%ok() .and. run%keeps_dense_output) call run%stepper%keep_steps()
       end associate

@@ -145,12 +145,12 @@ contains
       if (chaos%exponents > 0) handle%chaos = chaos
    end subroutine set_chaos
 
-   !> Deletes the method of a stepper: the next step or run prepares it from settings and state.
+   !> Lets the next step or run prepare the method of a stepper from settings and state.
    subroutine unprepare(handle)
       type(stepper_handle_t), intent(inout) :: handle
       handle%plain = .false.
       call handle%run%release()
-      if (allocated(handle%run%stepper)) deallocate (handle%run%stepper)
+      if (allocated(handle%run%stepper)) call move_alloc(handle%run%stepper, handle%run%spare)
       if (allocated(handle%inside)) deallocate (handle%inside)
    end subroutine unprepare
 
