@@ -95,12 +95,13 @@ SIGNATURES: list[tuple[tuple[Any, ...], str]] = [
     ((Handle, Size, Address, Sizes), "bodies_failed"),
     ((Handle, Doubles, Size), "history_values stepper_row"),
     ((Handle, ctypes.POINTER(Long)), "stepper_uncertified"),
-    ((Handle, ctypes.POINTER(Long), Doubles), "history_summary"),
+    ((Handle, Address, Address), "history_summary"),
     ((Handle, Sizes, Doubles, Doubles, Doubles, Doubles), "history_chaos"),
     ((Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles), "history_event stepper_event"),
     ((Handle, Text, Text), "stepper_set"),
     ((Handle, Double), "stepper_set_time_step stepper_step"),
-    ((Handle, Double, Doubles, Doubles), "stepper_set_state stepper_set_canonical stepper_state_at"),
+    ((Handle, Double, Address, Address), "stepper_set_state stepper_set_canonical"),
+    ((Handle, Double, Doubles, Doubles), "stepper_state_at"),
     ((Handle,), "stepper_prepare stepper_keep_steps"),
     ((Handle, Double, Doubles, Doubles, Doubles, Double, Size, Doubles, Doubles), "stepper_dense_output"),
     ((Handle, Double, Long, ctypes.POINTER(Long)), "stepper_steps"),
@@ -300,7 +301,7 @@ def vector(values: npt.ArrayLike, size: int, name: str) -> Array:
 
 def quaternion(q: Any, name: str = "q") -> Array:
     """Four numbers, scalar first, of such an array or of a Rotation of SciPy."""
-    if hasattr(q, "as_quat"):
+    if type(q) is not np.ndarray and hasattr(q, "as_quat"):
         return vector(np.roll(q.as_quat(), 1), 4, name) if np.ndim(q.as_quat()) == 1 else vector(q.as_quat(), 4, name)
     return vector(q, 4, name)
 
@@ -362,12 +363,16 @@ asked = PollCallback(wants_to_stop)
 
 def interruptible(function: Any, *arguments: Any) -> int:
     """The status of a function of the library, which Ctrl-C ends where it asks; raise_interrupt is to follow."""
-    handler = raw_signal.getsignal(SIGINT) if get_ident() == main_thread().ident else None
+    handler = raw_signal.getsignal(SIGINT)
     if not callable(handler) or handler is note:
+        return int(function(*arguments))
+    try:
+        raw_signal.signal(SIGINT, note)
+    except ValueError:
+        # Signals go to the main thread, which this is not.
         return int(function(*arguments))
     waiting.append(handler)
     try:
-        raw_signal.signal(SIGINT, note)
         return int(function(*arguments))
     finally:
         raw_signal.signal(SIGINT, handler)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, NamedTuple, Optional
+from typing import Any, Iterable, NamedTuple, Optional, Union
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class History(dict):  # type: ignore[type-arg]
     fli: Optional[float] = None
     """Fast Lyapunov indicator; None without &chaos."""
 
-    def __init__(self, columns: dict[str, Array], events: list[Event]) -> None:
+    def __init__(self, columns: Union[dict[str, Array], Iterable[tuple[str, Array]]], events: list[Event]) -> None:
         super().__init__(columns)
         self.events = events
 

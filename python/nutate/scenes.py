@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import re
+import struct
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -171,7 +172,8 @@ class Scene(UserEffects):
         self._conclude(status, message=message)
 
 
-Counts, Errors = ctypes.c_int64 * 5, ctypes.c_double * 3
+# Counts and errors of a history, as the library writes them, and the offset of the errors.
+SUMMARY, ERRORS_FROM = struct.Struct("5q3d"), struct.calcsize("5q")
 
 
 def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[History, int]:
@@ -179,15 +181,16 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
     if not handle:
         return History({}, []), 0
     try:
-        counts, errors = Counts(), Errors()
-        check(library.nutate_history_summary(handle, counts, errors))
-        n_rows, n_columns, n_events, n_exponents, uncertified = counts
+        written = ctypes.create_string_buffer(SUMMARY.size)
+        address = ctypes.addressof(written)
+        check(library.nutate_history_summary(handle, address, address + ERRORS_FROM))
+        n_rows, n_columns, n_events, n_exponents, uncertified, *errors = SUMMARY.unpack(written)
         values = np.empty((n_rows, n_columns))
         if values.size:
             check(library.nutate_history_values(handle, pointer(values), values.size))
         if names is None:
             names = [name_of(library.nutate_history_name, handle, i) for i in range(n_columns)]
-        history = History(dict(zip(names, values.T)), take_events(library.nutate_history_event, handle, n_events))
+        history = History(zip(names, values.T), take_events(library.nutate_history_event, handle, n_events))
         if errors[2] > 0:
             history._take_accuracy(*errors)
         if n_exponents:

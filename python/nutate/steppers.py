@@ -188,7 +188,7 @@ class Stepper(SatelliteState):
         rates = vector(omega, 3, "omega")
         if frame == "space":
             rates = rotate_to_body(attitude, rates)
-        self._call("nutate_stepper_set_state", float(t), pointer(attitude), pointer(rates))
+        self._call("nutate_stepper_set_state", float(t), attitude.tobytes(), rates.tobytes())
 
     def set_canonical(self, q: Any, p: npt.ArrayLike, t: float = 0.0) -> None:
         """Sets attitude and conjugate momentum without normalising them.
@@ -207,7 +207,7 @@ class Stepper(SatelliteState):
         NutateValueError
             If a value is not finite.
         """
-        self._call("nutate_stepper_set_canonical", float(t), pointer(quaternion(q)), pointer(vector(p, 4, "p")))
+        self._call("nutate_stepper_set_canonical", float(t), quaternion(q).tobytes(), vector(p, 4, "p").tobytes())
 
     def prepare(self) -> None:
         """Prepares the method and checks the settings together; otherwise the first step does.
