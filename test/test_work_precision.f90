@@ -211,7 +211,7 @@ contains
    subroutine subdivided_steps_keep_the_budget(error)
       type(error_type), allocatable, intent(out) :: error
       type(work_precision_t) :: study
-      call make_study(error, problem_of(subdivided), 2e4_wp, study)
+      call make_study(error, problem_of(subdivided), 5e3_wp, study)
    end subroutine subdivided_steps_keep_the_budget
 
    !> No decision of a study depends on a clock: not the runs, their order or their errors.
@@ -260,7 +260,7 @@ contains
       call make_study(error, problem_of('&body inertia = 15.234375, 0.46875, 15.234375, mass = 15, '// &
                                         'center_of_mass = 0, 1, 0 /'//newline//'&gravity /'//newline// &
                                         '&initial angular_velocity = 0, 150, -4.61538 /'//newline// &
-                                        '&integrator time_step = 0.01, end_time = 2 /'), 1e6_wp, study)
+                                        '&integrator time_step = 0.01, end_time = 2 /'), 2e5_wp, study)
       if (allocated(error)) return
       others = study%points_of(1)
       do m = 1, size(methods)

@@ -13,7 +13,7 @@ from support import METHODS, ROOT, TOP, CommandLineTest
 LABELS = [f"{name} order {order} ({solver})" if solver else name + ("+conserve" if projected else "")
           for name, solver, order, projected in METHODS if order != "0"]
 # Budgets in work: what a study runs does not depend on the machine.
-SHORT = ("--evaluations", "1000000")
+SHORT = ("--evaluations", "300000")
 BRIEF = ("--evaluations", "100000")
 # Each step of higher order is subdivided into a thousand parts.
 SUBDIVIDED = """
@@ -122,7 +122,7 @@ class Study(CommandLineTest):
 
     def test_methods_that_do_not_agree_are_named_with_their_distance(self):
         self.write("chaos.nml", CHAOS)
-        text = self.study("chaos.nml", "--evaluations", "250000", "--set", "integrator.end_time=300")
+        text = self.study("chaos.nml", *BRIEF, "--set", "integrator.end_time=200")
         self.assertRegex(text, r"reference +none: nielsen_krenk order 8 \(reduced\) and dop853\n +"
                                r"agree only to \S+ rad at t = \S+ s; attitude errors are not shown\n")
 
@@ -144,7 +144,7 @@ class Study(CommandLineTest):
     def test_reference_is_named(self):
         self.assertIn("exact motion of Lagrange's top", self.study("top.nml", *BRIEF))
         self.write("damped.nml", TOP + "&damping coefficient = 1, 1, 1 /")
-        text = self.succeed("cost", "damped.nml", *SHORT).stdout
+        text = self.succeed("cost", "damped.nml", *BRIEF).stdout
         self.assertIn("nielsen_krenk order 8 (reduced) and dop853", text)
         self.assertRegex(text, r"agree to \S+ rad: 1\d digits")
 
@@ -177,7 +177,7 @@ class Study(CommandLineTest):
             self.assertLess(best["nielsen_krenk", solver, 8], 1e-9)
 
     def test_series_goes_on_to_round_off_although_coarse_tolerances_give_the_same_steps(self):
-        self.succeed("cost", str(ROOT / "scenes/precessing_top.nml"), *SHORT, "--csv", "runs.csv")
+        self.succeed("cost", str(ROOT / "scenes/precessing_top.nml"), *BRIEF, "--csv", "runs.csv")
         for method in ("taylor", "taylor+conserve"):
             errors = [float(row["attitude_error"]) for row in self.rows("runs.csv") if row["method"] == method]
             self.assertLess(errors[1] / errors[0], 1.5)

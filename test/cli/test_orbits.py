@@ -416,7 +416,7 @@ class Orbits(CommandLineTest):
                        "--set", "orbit.eccentricity=0.05")
         self.succeed("run", "moon.nml", "--quiet", "--output", "part.csv", "--resume", "m.ck", "--set", "orbit.eccentricity=0.05")
         self.assertEqual(self.read("part.csv"), self.read("moon.csv"))
-        self.assertRegex(self.succeed("cost", "moon.nml", "--evaluations", "400000").stdout, r"agree to \S+ rad: 1[0-9] digits")
+        self.assertRegex(self.succeed("cost", "moon.nml", "--evaluations", "100000").stdout, r"agree to \S+ rad: 1[0-9] digits")
 
     def test_gravity_of_third_degree_reads_points(self):
         points = ((1, 0.12, 0, 0), (2, 0, 0.09, 0), (3, -0.02, -0.03, 0.08), (4, -0.015, -0.0225, -0.06))
