@@ -184,7 +184,7 @@ contains
       real(wp) :: amplitude
       integer(long) :: n, earlier
       integer :: i
-      n = merge(100000_long, 1000_long, whole)
+      n = merge(100000_long, merge(300_long, 1000_long, one_in() > 3), whole)
       call follow(sprung_body(aside, 1e6_wp, sqrt(2.0_wp), at_rest, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
       call record%require_below(meter%swing, 4*eps, 'swing of the spring at its rest length')
       meter = blank

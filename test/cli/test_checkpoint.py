@@ -363,7 +363,7 @@ class Refused(CheckpointTest):
 
     def test_a_checkpoint_cut_short_anywhere(self):
         content = self.kept["ck"]
-        for length in list(range(0, 40)) + [len(content) // 2, len(content) - 8, len(content) - 1]:
+        for length in [*filter(in_turn, range(40)), len(content) // 2, len(content) - 8, len(content) - 1]:
             self.put("ck", content[:length])
             self.refused("--resume", "ck", says=["ck"])
         self.put("ck", content + b"x")
@@ -371,7 +371,7 @@ class Refused(CheckpointTest):
 
     def test_a_flipped_bit(self):
         content = self.kept["ck"]
-        for i in list(range(20, 36)) + random.Random(1).sample(range(36, len(content)), 40):
+        for i in filter(in_turn, [*range(20, 36), *random.Random(1).sample(range(36, len(content)), 40)]):
             self.put("ck", content[:i] + bytes([content[i] ^ 1 << i % 8]) + content[i + 1:])
             self.refused("--resume", "ck", says=["damaged"])
 

@@ -3,7 +3,7 @@ import os
 import stat
 import unittest
 
-from support import CommandLineTest
+from support import CommandLineTest, in_turn
 
 # The longest name of a file, bytes, in the folder of a test.
 LONGEST = os.pathconf("/tmp", "PC_NAME_MAX")
@@ -106,9 +106,9 @@ class Kinds(CommandLineTest):
                  "means": ("sweep", "many.nml", "--set", "ensemble.rows=none", "--output"),
                  "costs": ("cost", "box.nml", "--evaluations", "300000", "--csv")}
         others = [*kinds, "rows.txt", "ck", "other.partial", "notes", "top.nml"]
-        for kind, command in kinds.items():
-            for name in others:
-                if name != kind and (name, kind) != ("other.partial", "history"):
+        for turn, (kind, command) in enumerate(kinds.items()):
+            for number, name in enumerate(others, turn):
+                if in_turn(number) and name != kind and (name, kind) != ("other.partial", "history"):
                     self.kept(name, *command, f"output.events='{name}'" if command[-1] == "--set" else name)
         for name in others:
             if name not in ("history", "other.partial"):
