@@ -49,10 +49,11 @@ contains
       class(stepper_t), allocatable :: stepper
       type(problem_t) :: problem
       type(state_t) :: states(3)
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(status_t) :: status
       logical :: halting(size(ieee_usual))
       integer :: i, k
+      allocate (run)
       ! The momentum of such a state is one that overflows.
       call ieee_get_halting_mode(ieee_usual, halting)
       call ieee_set_halting_mode(ieee_usual, .false.)

@@ -184,7 +184,7 @@ contains
    subroutine steppers_are_as_new(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(error_control_t), allocatable :: used, new
+      class(error_control_t), allocatable :: used, new
       type(progress_t) :: progress
       type(state_t) :: state
       type(status_t) :: status

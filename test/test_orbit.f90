@@ -348,10 +348,11 @@ contains
    subroutine both_frames(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: rest = "&integrator method = 'taylor', local_tolerance = 1e-15, end_time = 9000 /"
-      type(scene_t) :: scenes(2)
+      class(scene_t), allocatable :: scenes(:)
       type(state_t) :: states(2)
       type(status_t) :: status
       integer :: i
+      allocate (scenes(2))
       call read_on_orbit(error, 'lvlh', rest, scenes(1))
       if (.not. allocated(error)) call read_on_orbit(error, 'inertial', rest, scenes(2))
       if (allocated(error)) return

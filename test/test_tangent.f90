@@ -281,9 +281,10 @@ contains
                                                   'hyperion']
       type(problem_t) :: problem
       type(run_plan_t) :: plan
-      type(run_t) :: runs(2)
+      class(run_t), allocatable :: runs(:)
       type(status_t) :: status
       integer :: i, k, order, form
+      allocate (runs(2))
       plan%time_step = 0.1_wp
       plan%end_time = 10.04_wp
       do i = 1, size(scenes)

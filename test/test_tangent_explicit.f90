@@ -406,11 +406,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=8), parameter :: names(5) = [character(len=8) :: 'rk4', 'rk8', 'dop853', 'exact', 'taylor']
       type(run_plan_t) :: plan
-      type(run_t) :: runs(2)
+      class(run_t), allocatable :: runs(:)
       type(system_t) :: system
       type(state_t) :: start
       type(status_t) :: status
       integer :: i, k, m
+      allocate (runs(2))
       plan%time_step = 0.1_wp
       plan%end_time = 10.04_wp
       do i = 1, size(scenes)

@@ -175,7 +175,7 @@ contains
       type(run_plan_t), intent(in) :: plan
       !> s.
       real(wp), intent(in) :: start
-      type(run_t), intent(out) :: run
+      type(run_t), intent(inout) :: run
       type(status_t), intent(out) :: status
       type(variation_t), intent(in), optional :: columns(:)
       call run%begin(system, settings, make_state(system, attitude, rate, start), plan, status)
@@ -228,10 +228,11 @@ contains
       real(wp), intent(in) :: shift
       real(wp), intent(out) :: difference(8)
       type(status_t), intent(out) :: status
-      type(run_t) :: ends(2)
+      class(run_t), allocatable :: ends(:)
       type(system_t) :: system
       real(wp) :: shifts(n_times), turn(4), by_half(8), step
       integer :: i, half
+      allocate (ends(2))
       do half = 1, 2
          step = shift/half
          do i = 1, 2
@@ -334,11 +335,12 @@ contains
       real(wp), parameter :: h = 1e-3_wp
       type(system_t) :: system
       type(variation_t) :: columns(2)
-      type(run_t) :: run(3)
+      class(run_t), allocatable :: run(:)
       type(run_plan_t) :: plan
       type(status_t) :: status
       real(wp) :: slope(3)
       integer :: i, k, m
+      allocate (run(3))
       do m = 1, 2
          plan = run_plan_t(time_step=0.02_wp, end_time=1.0_wp)
          if (m == 2) then

@@ -23,7 +23,7 @@ module test_threads
 
    !> Data that the threads share: they read all but their own outcomes.
    type :: job_t
-      type(system_t) :: system
+      class(system_t), allocatable :: system
       type(integrator_settings_t) :: settings
       !> Time step, s.
       real(wp) :: time_step = 0.0_wp
@@ -33,12 +33,10 @@ module test_threads
 
    !> Data that threads with whole runs share, and their results.
    type :: run_job_t
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: ends(n_states)
       real(wp) :: works(n_states) = 0.0_wp
       integer :: codes(n_states) = -1
-   contains
-      final :: end_run_job
    end type run_job_t
 
    !> Keeps the work.
@@ -49,11 +47,6 @@ module test_threads
    end type work_watch_t
 
 contains
-
-   !> Does nothing, and lets gfortran free the components in one place, not wherever such a variable ends.
-   impure elemental subroutine end_run_job(self)
-      type(run_job_t), intent(inout) :: self
-   end subroutine end_run_job
 
    subroutine collect_threads(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
@@ -91,7 +84,7 @@ contains
       type(job_t), target :: serial, threaded
       integer(int64) :: seed
       integer :: i
-      serial%system = scene%system
+      allocate (serial%system, source=scene%system)
       serial%time_step = 0.05_wp
       serial%settings%method = methods(row)%name
       serial%settings%formulation = methods(row)%formulation
@@ -133,6 +126,7 @@ contains
       type(run_job_t), target :: serial, threaded
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (serial%scene)
       call read_scene('scenes/all_effects.nml', serial%scene, status, message, &
                       [character(len=24) :: 'integrator.end_time=2.5', 'integrator.order=4'])
       call check(error, status%ok(), message)
