@@ -39,9 +39,10 @@ total() {
 }
 
 # Those that take longest, which begin first: whoever waits for the last one then waits least.
-longest='test_cost test_docs test_sweep test_fuzz fit test_checkpoint test_determinism test_malformed chaos moving_fields'
-longest+=' tangent_differences inner_sphere motion_bounds stability_stiff test_controllers test_effect_columns time_dependent test_signals'
-longest+=' test_sensitivities control scene_notation test_fields earth_frames round_off test_export test_run effects path_attack'
+longest='test_docs test_sweep test_checkpoint fit test_cost test_plot test_fuzz test_malformed test_sensitivities reshaped_bodies'
+longest+=' test_determinism tangent_differences motion_bounds work_precision moving_fields test_effect_columns chaos test_signals'
+longest+=' time_dependent control test_run round_off near_rest test_orbits tangent_events test_controllers test_output_names'
+longest+=' varying_inertia test_fit stability_stiff'
 
 # What is to be run, `unit SUITE` or `cli MODULE`, a line each.
 list_parts() {
@@ -74,14 +75,18 @@ run_parts() {
    queue | UNIT=$unit NUTATE=$top/$nutate PYTHON=$python FOLDER=$folder xargs -P "$jobs" -L 1 sh -c '
       case $0 in
          unit) "$UNIT" "$1" ;;
-         cli) NUTATE_JOBS=1 "$PYTHON" tools/tests/run_python_tests.py test/cli "$1" ;;
+         cli) "$PYTHON" tools/tests/run_python_tests.py --here test/cli "$1" ;;
       esac >"$FOLDER/$1.log" 2>&1 </dev/null
       echo $? >"$FOLDER/$1.status"'
    while read -r kind part; do
       log=$folder/$part.log status=$(cat "$folder/$part.status")
-      if [ "$kind" = cli ]; then
+      if [ "$kind" = cli ] && tail -n 1 "$log" | grep -q ' skipped$'; then
          sed '$d' "$log"
          count "$(tail -n 1 "$log")"
+      elif [ "$kind" = cli ]; then
+         cat "$log"
+         say "$part broke off with exit status $status"
+         count "broke off"
       elif [ "$status" = 0 ] || grep -q '^[0-9]* passed, [1-9][0-9]* failed$' "$log"; then
          grep -v -e '^ *Starting .*/[0-9]*)$' -e '\[PASSED\]$' -e '^[0-9]* passed, [0-9]* failed$' "$log"
          count "$(total "$log")"
