@@ -218,8 +218,8 @@ contains
    subroutine runs_are_repeated(error)
       type(error_type), allocatable, intent(out) :: error
       type(work_precision_t) :: first, second
-      call make_study(error, problem_of(top), 3e5_wp, first)
-      if (.not. allocated(error)) call make_study(error, problem_of(top), 3e5_wp, second)
+      call make_study(error, problem_of(top), 1e5_wp, first)
+      if (.not. allocated(error)) call make_study(error, problem_of(top), 1e5_wp, second)
       if (allocated(error)) return
       call check(error, size(first%points) == size(second%points) .and. all(first%ending == second%ending), &
                  'other runs')
