@@ -36,7 +36,8 @@ def _quaternions(q: Any, name: str = "q") -> Array:
     return _rows(np.roll(q.as_quat(), 1, axis=-1) if hasattr(q, "as_quat") else q, (4,), name)
 
 
-def _converted(name: str, shape: tuple[int, ...], *arguments: tuple[Any, int]) -> Array:
+def _converted(name: str, shape: tuple[int, ...], *arguments: tuple[Any, int],
+               fault: str = "a number is not finite, or out of its range") -> Array:
     """Results of a function of the library, which converts one attitude, for each row; arguments with their number of axes."""
     given = [(np.require(value, np.float64, ("C", "W")), axes) for value, axes in arguments]
     counts = {len(array) for array, axes in given if array.ndim > axes}
@@ -49,7 +50,7 @@ def _converted(name: str, shape: tuple[int, ...], *arguments: tuple[Any, int]) -
     for row in zip(*columns, _each_row(result, n, True)):
         status = function(*row)
         if status:
-            check(status, f"{name[len('nutate_'):]}: a number is not finite, or out of its range")
+            check(status, f"{name[len('nutate_'):]}: {fault}")
     return result
 
 
@@ -121,7 +122,8 @@ def quat_from_matrix(matrix: npt.ArrayLike) -> Array:
     >>> nutate.quat_from_matrix(np.diag([1, -1, -1])).tolist()
     [0.0, 1.0, 0.0, 0.0]
     """
-    return _converted("nutate_quat_from_matrix", (4,), (_rows(matrix, (3, 3), "matrix"), 2))
+    return _converted("nutate_quat_from_matrix", (4,), (_rows(matrix, (3, 3), "matrix"), 2),
+                      fault="a matrix is no rotation (expected orthonormal rows to 1e-6, and a determinant of 1)")
 
 
 def euler_from_quat(q: Any, *, degrees: bool = False) -> Array:

@@ -177,6 +177,8 @@ class AttitudeRows(Columns):
             If a time is outside the records, or between records that are half a revolution or more apart.
         """
         times = np.atleast_1d(np.asarray(t, dtype=np.float64)) + self._start_of(epoch, time_system)
+        if times.ndim != 1:
+            raise refusal(f"t has shape {times.shape} (expected n times)")
         if len(self.t) < 2:
             raise refusal("there are no attitudes between records (expected two records or more)")
         # The difference of two dates is rounded as these are.

@@ -134,7 +134,9 @@ class Motion:
         [9.0, 9.0]
         """
         wanted = np.atleast_1d(np.asarray(t, dtype=np.float64))
-        if wanted.ndim != 1 or not np.all((wanted >= self.t_min) & (wanted <= self.t_max)):
+        if wanted.ndim != 1:
+            raise refusal(f"t has shape {wanted.shape} (expected n times)")
+        if not np.all((wanted >= self.t_min) & (wanted <= self.t_max)):
             raise refusal(f"a time is outside the motion (expected {self.t_min!r} to {self.t_max!r} s)")
         times, places = np.unique(wanted, return_inverse=True)
         found = {name: np.empty(len(times)) for name in self._ends}

@@ -33,6 +33,8 @@ class AttitudeTest(unittest.TestCase):
         for wrong in (lambda: nutate.matrix_from_quat((1, 0, 0)), lambda: nutate.quat_from_matrix(np.eye(2)),
                       lambda: nutate.quat_from_axis_angle((0, 0, 0), 1), lambda: nutate.quat_normalized((np.nan, 0, 0, 0))):
             self.assertRaises(nutate.NutateValueError, wrong)
+        with self.assertRaisesRegex(nutate.NutateValueError, "quat_from_matrix: a matrix is no rotation .expected orthonormal rows"):
+            nutate.quat_from_matrix(np.diag([1, 1, -1]))
 
     def test_arrays_are_converted_row_by_row(self):
         generator = np.random.default_rng(1)

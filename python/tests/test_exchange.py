@@ -202,6 +202,8 @@ class Messages(Folder):
             rows.at([1.0, 25.0])
         with self.assertRaisesRegex(nutate.NutateValueError, "is not a date"):
             rows.at(0.0, "soon")
+        with self.assertRaisesRegex(nutate.NutateValueError, r"t has shape \(1, 2\)"):
+            rows.at([[0.0, 1.0]])
         _, rows = self.frame_of(0.45)
         rows.t = 2 * rows.t
         with self.assertRaisesRegex(nutate.NutateValueError, "half a turn or more apart 0.0 s"):

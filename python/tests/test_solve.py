@@ -279,6 +279,8 @@ class SolveTest(unittest.TestCase):
         for outside in (-0.1, 1.1, np.nan):
             with self.assertRaises(nutate.NutateValueError):
                 solution.sol(outside)
+        with self.assertRaisesRegex(nutate.NutateValueError, r"t has shape \(1, 2\)"):
+            solution.sol([[0.1, 0.2]])
 
 
 class EventTest(unittest.TestCase):
