@@ -155,6 +155,14 @@ class Rows(SweepTest):
         self.assertRegex(done.stderr, rf"the first +member {refused[0][0]}: .*")
         self.fail_with(3, "sweep", "tumble.nml", "--member", str(refused[0][0]), says=[f"member {refused[0][0]}: "])
 
+    def test_a_pole_beyond_a_right_angle_is_a_row(self):
+        self.write("pole.nml", "&body inertia = 1, 2, 2.5 /\n&initial tumbling = 'sam', precession_period = 100, period_axis = 'short',"
+                   " rotation_period = 300, pole = 20, 80, degrees = .true. /\n&integrator method = 'exact', time_step = 1, end_time = 1 /\n"
+                   "&ensemble members = 2 /\n&vary key = 'initial.pole.2', distribution = 'grid', low = 85, high = 95, points = 2 /\n")
+        page = self.succeed("sweep", "pole.nml", "--csv", "pole.csv").stderr
+        self.assertIn("member 2: the latitude of the pole is 95 (expected -90 to 90 degrees)", page)
+        self.assertIn("\n2,7,95,", self.read("pole.csv"))
+
     def test_members_beyond_the_step_limit_are_rows(self):
         self.write("tumble.nml", TUMBLE + "&vary key = 'integrator.end_time', distribution = 'uniform', low = 0.3, high = 0.7 /\n")
         names, rows = read_npy(self.sweep("--max-steps", "50"))

@@ -13,7 +13,7 @@ module nutate_scene_body
    implicit none
    private
 
-   public :: body_keys, build_body, build_center_table, build_inertia_table, rebuild_body
+   public :: body_keys, build_body, build_center_table, build_inertia_table, check_body_keys, rebuild_body
 
 contains
 
@@ -49,7 +49,7 @@ contains
       character(len=:), allocatable, intent(out) :: shape
       type(scene_error_t), intent(inout) :: error
       shape = trim(group%text('shape', ''))
-      call check_keys(group, error)
+      call check_body_keys(group, error)
       if (.not. error%raised) call rebuild_body(group, shape, body, error)
    end subroutine build_body
 
@@ -73,7 +73,7 @@ contains
    end subroutine rebuild_body
 
    !> Checks keys that exclude or require each other.
-   subroutine check_keys(group, error)
+   subroutine check_body_keys(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
 
@@ -103,7 +103,7 @@ contains
       else if (group%has('density')) then
          call error%raise(group%line_of('density'), 'density without a shape', expected='mass, or a shape')
       end if
-   end subroutine check_keys
+   end subroutine check_body_keys
 
    !> Checks the other keys of a body whose centre of mass moves.
    subroutine check_moving_center(group, error)

@@ -2,12 +2,14 @@
 module nutate_scene_ensemble
    use nutate_admissible, only: NON_NEGATIVE, POSITIVE
    use nutate_ensemble_plan, only: ensemble_plan_t, varied_key_t, CASES, GRID
-   use nutate_keys, only: group_t, group_kind_t, key_t, KEY_INTEGER, KEY_TEXT
+   use nutate_keys, only: first_group, group_t, group_kind_t, key_t, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_moderate
+   use nutate_scene_body, only: check_body_keys
    use nutate_scene_cases, only: read_cases
    use nutate_scene_error, only: scene_error_t, LINE_OF_SET
    use nutate_scene_events, only: check_event_names
+   use nutate_scene_initial, only: check_initial_keys
    use nutate_scene_target, only: add_targets
    use nutate_scene_vary, only: build_variation
    implicit none
@@ -56,9 +58,11 @@ contains
       plan%groups = groups
       allocate (plan%targets(0), plan%variations(0))
       do i = 1, size(groups)
-         if (groups(i)%name == 'vary' .and. .not. error%raised) call build_variation(groups(i), kinds, plan, error)
+         if (groups(i)%name == 'vary' .and. .not. error%raised) &
+            call build_variation(groups(i), groups, kinds, plan, error)
       end do
       if (groups(at)%has('table') .and. .not. error%raised) call read_table(groups(at), kinds, path, plan, error)
+      if (.not. error%raised) call check_added_keys(plan, error)
       if (.not. error%raised) call read_settings(groups(at), scene_name, path, plan, error)
       if (.not. error%raised) call count_members(groups(at), plan, error)
       if (.not. error%raised) call check_event_names(groups, error)
@@ -66,6 +70,15 @@ contains
       if (any(plan%histories > plan%members)) call error%raise( &
          groups(at)%line_of('histories'), 'histories lists a member that does not exist', expected='numbers of members')
    end subroutine build_ensemble
+
+   !> Raises an error for varied keys of body or initial state that exclude or require others: members are rebuilt
+   !> without this check.
+   subroutine check_added_keys(plan, error)
+      type(ensemble_plan_t), intent(in) :: plan
+      type(scene_error_t), intent(inout) :: error
+      call check_body_keys(first_group(plan%groups, 'body'), error)
+      call check_initial_keys(first_group(plan%groups, 'initial'), error)
+   end subroutine check_added_keys
 
    !> Reads the settings of output and draws.
    subroutine read_settings(group, scene_name, path, plan, error)
@@ -165,6 +178,7 @@ contains
                           expected='numbers')
       else
          call add_cases(names, numbers, LINE_OF_SET, kinds, extended, error)
+         if (.not. error%raised) call check_added_keys(extended, error)
          if (.not. error%raised) call check_event_names(groups, error)
       end if
       if (.not. error%raised) plan = extended

@@ -20,7 +20,7 @@ module nutate_scene_initial
    implicit none
    private
 
-   public :: initial_keys, build_initial, rebuild_initial, check_initial
+   public :: initial_keys, build_initial, rebuild_initial, check_initial, check_initial_keys
 
    !> Keys of the scene group `&initial`.
    type(key_t), parameter :: initial_keys(21) = [ &
@@ -71,14 +71,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       q = 0.0_wp
       omega = 0.0_wp
-      if (group%has('tumbling')) then
-         call check_tumbling(group, system%effects, error)
-      else if (group%has('resonance')) then
-         call check_resonance(group, error)
-      else
-         call check_keys(group, error)
-         call check_references(group, system%effects, error)
-      end if
+      call check_initial_keys(group, error)
+      call check_references(group, system%effects, error)
       if (.not. error%raised) call rebuild_initial(group, system, q, omega, periodic, error)
    end subroutine build_initial
 
@@ -117,11 +111,27 @@ contains
       end select
    end subroutine rebuild_initial
 
-   !> Raises an error for an attitude or rate relative to axes that the scene does not have.
+   !> Checks keys that exclude or require each other.
+   subroutine check_initial_keys(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+      if (group%has('tumbling')) then
+         call check_tumbling(group, error)
+      else if (group%has('resonance')) then
+         call check_resonance(group, error)
+      else
+         call check_keys(group, error)
+      end if
+   end subroutine check_initial_keys
+
+   !> Raises an error for an initial state that the effects of the scene do not allow.
    subroutine check_references(group, effects, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
       type(scene_error_t), intent(inout) :: error
+      if (group%has('tumbling') .and. effects%n_rotors > 0) &
+         call error%raise(group%line_of('tumbling'), 'tumbling elements of a body with a rotor or wheel', &
+                          expected='a body without them')
       if (group%text('rate_from', 'inertial') == 'frame' .and. .not. effects%frame_turns) &
          call error%raise(group%line_of('rate_from'), 'there is no rotating frame', &
                           expected='&rotating_frame')
@@ -135,7 +145,7 @@ contains
          call error%raise(group%line_of('attitude_from'), 'there is no orbit', expected='&orbit')
    end subroutine check_references
 
-   !> Checks keys that exclude or require each other.
+   !> Checks the keys of an attitude and a rotation that are given directly.
    subroutine check_keys(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
@@ -160,9 +170,8 @@ contains
    end subroutine check_keys
 
    !> Checks the keys of tumbling elements: all that a motion requires, and no other form of the initial state.
-   subroutine check_tumbling(group, effects, error)
+   subroutine check_tumbling(group, error)
       type(group_t), intent(in) :: group
-      type(effect_list_t), intent(in) :: effects
       type(scene_error_t), intent(inout) :: error
       integer :: i
       do i = 1, size(as_such)
@@ -174,10 +183,6 @@ contains
          call demand_with(group, 'tumbling', trim(elements(i)), error)
       end do
       call demand_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
-      if (.not. error%raised) call check_latitude(group, error)
-      if (effects%n_rotors > 0) call error%raise(group%line_of('tumbling'), &
-           'tumbling elements of a body with a rotor '// &
-                                                 'or wheel', expected='a body without them')
    end subroutine check_tumbling
 
    !> Raises an error for a pole whose latitude is beyond a right angle.
@@ -234,6 +239,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       type(tumbling_start_t) :: start
       type(status_t) :: status
+      call check_latitude(group, error)
+      if (error%raised) return
       start%is_short_axis = group%text('tumbling', 'sam') == 'sam'
       start%period_of_short = group%text('period_axis', 'short') == 'short'
       start%is_negative = group%text('sense', 'positive') == 'negative'

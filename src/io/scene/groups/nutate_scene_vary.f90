@@ -4,6 +4,7 @@ module nutate_scene_vary
    use nutate_ensemble_plan, only: ensemble_plan_t, varied_key_t, GRID, NORMAL, ROTATION, UNIFORM
    use nutate_keys, only: group_t, group_kind_t, key_t, name_length, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp
+   use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of
    use nutate_scene_target, only: add_targets
    use nutate_spelling, only: count_text, is_listed
@@ -39,8 +40,10 @@ contains
    end function vary_keys
 
    !> Adds the variation of a group to a plan.
-   subroutine build_variation(group, kinds, plan, error)
+   subroutine build_variation(group, groups, kinds, plan, error)
       type(group_t), intent(in) :: group
+      !> Groups of the scene.
+      type(group_t), intent(in) :: groups(:)
       type(group_kind_t), intent(in) :: kinds(:)
       type(ensemble_plan_t), intent(inout) :: plan
       type(scene_error_t), intent(inout) :: error
@@ -67,7 +70,7 @@ contains
       if (error%raised) return
       select case (variation%distribution)
       case (NORMAL)
-         call read_normal(group, plan, variation, error)
+         call read_normal(group, groups, plan, variation, error)
       case (ROTATION)
          if (variation%n /= 4) call error%raise(group%line_of('key'), 'a rotation is a quaternion', &
                                                 expected='a key of 4 numbers')
@@ -129,8 +132,8 @@ contains
    end subroutine read_bounds
 
    !> Reads mean and covariance. The mean is the value of the scene if the group gives none.
-   subroutine read_normal(group, plan, variation, error)
-      type(group_t), intent(in) :: group
+   subroutine read_normal(group, groups, plan, variation, error)
+      type(group_t), intent(in) :: group, groups(:)
       type(ensemble_plan_t), intent(in) :: plan
       type(varied_key_t), intent(inout) :: variation
       type(scene_error_t), intent(inout) :: error
@@ -142,6 +145,9 @@ contains
       if (error%raised) return
       do i = 1, variation%n
          associate (target => plan%targets(variation%first + i - 1))
+            if (.not. (group%has('mean') .or. groups(target%group)%has(trim(target%key%name)))) &
+               call error%raise(group%line_of('key'), 'the scene has no '//quoted(trim(target%name))// &
+                                ' that could be the mean', expected='mean, or the key in its group')
             numbers(i) = plan%groups(target%group)%settings(target%setting)%values(target%value)%number
          end associate
       end do
