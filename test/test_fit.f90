@@ -610,8 +610,6 @@ contains
    subroutine compare_columns(error, text)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: text
-      integer, parameter :: places(4) = [-2, -1, 1, 2]
-      real(wp), parameter :: weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12
       class(scene_t), allocatable :: scene
       class(fit_model_t), allocatable :: model, other
       type(motion_at_t) :: motion, moved
@@ -632,12 +630,12 @@ contains
             if (allocated(other)) deallocate (other)
             allocate (other, source=model)
             values = model%values
-            values(i) = values(i) + places(k)*model%steps(i)
+            values(i) = values(i) + model%offsets(k, i)
             call other%set_values(values, status)
             if (status%ok()) call other%states_at([0.7_wp], moved, status)
             call check(error, status%ok(), trim(status%message))
             if (allocated(error)) return
-            column = column + weights(k)/model%steps(i)*[rotation_vector_from_quat(quat_product( &
+            column = column + model%weights(k, i)*[rotation_vector_from_quat(quat_product( &
                quat_conjugate(motion%states(1)%q), moved%states(1)%q)), body_momentum(moved%states(1)), &
                moved%states(1)%wheel_momentum(:size(column) - 6)]
          end do

@@ -57,6 +57,25 @@ class Fit(CommandLineTest):
         self.assertAlmostEqual(values["torque.start"], 0.713, delta=1e-6)
         self.assertAlmostEqual(values["torque.stop"], 1.871, delta=1e-6)
 
+    def test_a_number_that_its_key_limits_ends_at_the_limit(self):
+        wheel = "&body inertia = 5, 20, 17 /\n&initial angular_velocity = 3, 1, 5 /\n&wheel axis = 1, 0, 0, inertia = 1, speed = 5, {} /\n"
+        run = "&integrator local_tolerance = 1e-9, end_time = 4 /\n"
+        # A motor that accelerates the wheel looks like friction below zero.
+        self.write("motor.nml", wheel.format("torque = 0.1") + run + "&output interval = 0.1, columns = 'angular_velocity' /\n")
+        self.write("friction.nml", wheel.format("friction = 0.3") + run + "&free key = 'wheel.friction', 'initial.angular_velocity' /\n"
+                   "&measurement file = 'motor.csv', columns = 'omega1', 'omega2', 'omega3', sigma = 0.1 /\n")
+        # The same attitude has a pole 0.02 beyond the right angle.
+        tumbling = ("&body inertia = 1, 2, 2.5 /\n&initial tumbling = 'sam', precession_period = 30, period_axis = 'short', rotation_period = 100,"
+                    " pole = {}, {}, precession_angle = {} /\n&integrator method = 'exact', time_step = 1, end_time = 20 /\n")
+        self.write("beyond.nml", tumbling.format(0.2 + math.pi, math.pi / 2 - 0.02, math.pi))
+        self.write("pole.nml", tumbling.format(0.2, 1.5, 0) + "&free key = 'initial.pole' /\n"
+                   "&measurement file = 'beyond.csv', columns = 'q0', 'q1', 'q2', 'q3', sigma = 0.1 /\n")
+        for truth, name, key, limit in (("motor", "friction", r"friction = (\S+)", 0.0), ("beyond", "pole", r"pole = \S+, (\S+)", math.pi / 2)):
+            self.succeed("run", truth + ".nml", "--quiet")
+            self.succeed("fit", name + ".nml", "--quiet")
+            self.succeed("check", name + ".fit.nml")
+            self.assertEqual(float(re.search(key, self.read(name + ".fit.nml")).group(1).rstrip(",")), limit)
+
     def test_the_fitted_scene_reads_its_files_from_any_folder(self):
         for folder in ("one", "one/two", "other"):
             os.mkdir(self.path(folder))

@@ -1,15 +1,16 @@
 !> A scene as a function of its free parameters: the motion at given times, and its derivative with respect to each.
 module nutate_fit_model
+   use nutate_admissible, only: NON_NEGATIVE
    use nutate_attitude, only: quat_from_rotation_vector
    use nutate_byte_archive, only: byte_archive_t
    use nutate_variation, only: variation_t
    use nutate_effect_list, only: effect_list_t
    use nutate_event_list, only: event_list_t
-   use nutate_fit_variations, only: add_key, add_scene, places, weights
+   use nutate_fit_variations, only: add_key, add_scene, one_sided_places, one_sided_weights, places, weights
    use nutate_fit_plan, only: fit_plan_t
    use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_keys, only: group_t, setting_t, KEY_LOGICAL
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: wp, long, pi
    use nutate_method_choice, only: choose_with_tangent
    use nutate_quaternion, only: quat_normalized, quat_product
    use nutate_run, only: observer_t, run_record_t, run_t
@@ -56,8 +57,11 @@ module nutate_fit_model
       logical, allocatable :: changes_system(:)
       !> Systems at the points of the stencil, for each free parameter that the system depends on.
       type(system_t), allocatable :: systems(:, :)
-      !> Sizes of the parameters in the scene, and steps of the stencil; shape (parameters).
-      real(wp), allocatable :: sizes(:), steps(:)
+      !> Sizes of the parameters in the scene, and the least and the greatest values that their keys admit; shape
+      !> (parameters).
+      real(wp), allocatable :: sizes(:), least(:), greatest(:)
+      !> Points of the stencil, from the present values, and their weights; shape (points, parameters).
+      real(wp), allocatable :: offsets(:, :), weights(:, :)
       !> Part of the scene that is rebuilt for each change of the parameters.
       integer, private :: part = 0
       !> Steps that runs with derivatives may still perform: `max_steps` of the scene's plan limits their sum.
@@ -164,9 +168,45 @@ contains
             end associate
          end do
          self%sizes = [(size_of(self, i), i=1, size(free))]
-         self%steps = relative_step*merge(self%sizes, 1.0_wp, self%sizes > 0.0_wp)
       end associate
+      call find_range(self)
+      call choose_stencils(self)
    end subroutine begin
+
+   !> Finds the least and the greatest values that the keys of the parameters admit.
+   subroutine find_range(self)
+      class(fit_model_t), intent(inout) :: self
+      integer :: i
+      allocate (self%least(size(self%values)), source=-huge(1.0_wp))
+      allocate (self%greatest(size(self%values)), source=huge(1.0_wp))
+      do i = 1, size(self%values)
+         if (self%plan%free(i)%target == 0) cycle
+         associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
+            if (target%key%range == NON_NEGATIVE) self%least(i) = 0.0_wp
+            if (target%key%name /= 'pole' .or. target%value /= 2) cycle
+            self%greatest(i) = pi/2/self%plan%angle_unit
+            self%least(i) = -self%greatest(i)
+         end associate
+      end do
+   end subroutine find_range
+
+   !> Chooses the stencils at the present values: central differences, or one-sided ones next to the limit of a key.
+   subroutine choose_stencils(self)
+      class(fit_model_t), intent(inout) :: self
+      real(wp) :: step
+      integer :: i
+      if (.not. allocated(self%offsets)) &
+         allocate (self%offsets(size(places), size(self%values)), self%weights(size(places), size(self%values)))
+      do i = 1, size(self%values)
+         step = relative_step*merge(self%sizes(i), 1.0_wp, self%sizes(i) > 0.0_wp)
+         self%offsets(:, i) = places*step
+         self%weights(:, i) = weights/step
+         if (self%values(i) - 2*step >= self%least(i) .and. self%values(i) + 2*step <= self%greatest(i)) cycle
+         if (self%values(i) + 2*step > self%greatest(i)) step = -step
+         self%offsets(:, i) = one_sided_places*step
+         self%weights(:, i) = one_sided_weights/step
+      end do
+   end subroutine choose_stencils
 
    !> Empties the plan of a fit.
    subroutine forget(plan)
@@ -195,6 +235,7 @@ contains
       real(wp), intent(in) :: values(:)
       type(status_t), intent(out) :: status
       self%values = values
+      call choose_stencils(self)
       call put_values(self, self%attitude_at(self%turn_of(values)), values, self%scene, status)
    end subroutine set_values
 
@@ -272,18 +313,19 @@ contains
 
    !> Builds the scene at a point of the stencil of a parameter; a rotation continues from the present attitude. The
    !> moments of a plate may break the triangle inequality there.
-   subroutine build_beside(self, i, place, scene, status)
+   subroutine build_beside(self, i, k, scene, status)
       class(fit_model_t), intent(in) :: self
-      integer, intent(in) :: i, place
+      !> Indices of the parameter and of the point.
+      integer, intent(in) :: i, k
       type(scene_t), intent(inout) :: scene
       type(status_t), intent(out) :: status
       real(wp) :: values(size(self%values)), turn(3), q(4)
       values = self%values
-      values(i) = values(i) + place*self%steps(i)
+      values(i) = values(i) + self%offsets(k, i)
       q = self%attitude_at(self%turn_of(self%values))
       turn = 0.0_wp
       if (self%plan%free(i)%component > 0) then
-         turn(self%plan%free(i)%component) = self%plan%angle_unit*place*self%steps(i)
+         turn(self%plan%free(i)%component) = self%plan%angle_unit*self%offsets(k, i)
          q = quat_normalized(quat_product(q, quat_from_rotation_vector(turn)))
       end if
       scene = self%scene
@@ -329,7 +371,7 @@ contains
       do i = 1, size(self%values)
          if (.not. self%changes_system(i)) cycle
          do k = 1, size(places)
-            call build_beside(self, i, places(k), scene, status)
+            call build_beside(self, i, k, scene, status)
             if (.not. status%ok()) return
             self%systems(k, i) = scene%system
          end do
@@ -402,9 +444,9 @@ contains
          end associate
       end if
       do k = 1, size(places)
-         call build_beside(self, i, places(k), scene, status)
+         call build_beside(self, i, k, scene, status)
          if (.not. status%ok()) return
-         call add_scene(group, self%scene, scene, weights(k)/self%steps(i), variation)
+         call add_scene(group, self%scene, scene, self%weights(k, i), variation)
       end do
       call drop_rounding(variation%inertia)
    end subroutine variation_of

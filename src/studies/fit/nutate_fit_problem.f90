@@ -61,8 +61,8 @@ contains
          self%names = fit%free%name
          self%known_values = self%model%values
          self%known_attitude = fit%attitude
-         self%low = fit%free%low
-         self%high = fit%free%high
+         self%low = max(fit%free%low, self%model%least)
+         self%high = min(fit%free%high, self%model%greatest)
          allocate (self%residuals(size(fit%measurements)))
          do i = 1, size(fit%measurements)
             call self%residuals(i)%prepare(fit%measurements(i), scene%system, &
@@ -169,7 +169,6 @@ contains
       type(system_t) :: system
       type(system_t), allocatable :: systems(:, :)
       type(switches_t) :: applied
-      real(wp) :: steps(self%n_free)
       integer :: i, k, at, bias, width
 
       call self%model%set_values(x(:self%n_free), status)
@@ -180,7 +179,6 @@ contains
       if (allocated(jacobian)) deallocate (jacobian)
       allocate (residuals(self%measured_in_arc() + priors(self)), source=0.0_wp)
       allocate (jacobian(size(residuals), size(x)), source=0.0_wp)
-      steps = merge(self%model%steps, 0.0_wp, self%model%changes_system)
       at = 0
       bias = self%n_free
       system = self%model%scene%system
@@ -191,9 +189,10 @@ contains
             do k = 1, size(measurement%times)
                if (self%places(k, i) == 0) exit
                associate (t => self%places(k, i))
-                  call switch_systems(motion%switches(t), steps, applied, system, systems)
-                  call self%residuals(i)%evaluate(k, system, systems, steps, motion%states(t), &
-                                                  motion%sensitivities(:, :, t), residuals(at + 1:at + width), &
+                  call switch_systems(motion%switches(t), self%model%changes_system, applied, system, systems)
+                  call self%residuals(i)%evaluate(k, system, systems, self%model%weights, self%model%changes_system, &
+                                                  motion%states(t), motion%sensitivities(:, :, t), &
+                                                  residuals(at + 1:at + width), &
                                                   jacobian(at + 1:at + width, :self%n_free))
                end associate
                if (measurement%has_bias) call add_bias(x, bias, measurement%sigma, residuals(at + 1:at + width), &
@@ -207,10 +206,10 @@ contains
    end subroutine evaluate
 
    !> Switches the effects of the systems, unless the switches are those of the last time.
-   subroutine switch_systems(switches, steps, applied, system, systems)
+   subroutine switch_systems(switches, changes_system, applied, system, systems)
       type(switches_t), intent(in) :: switches
-      !> Steps of the stencil; 0 for a parameter without systems. Shape (free parameters).
-      real(wp), intent(in) :: steps(:)
+      !> True for a parameter with systems; shape (free parameters).
+      logical, intent(in) :: changes_system(:)
       !> Switches of the last time.
       type(switches_t), intent(inout) :: applied
       type(system_t), intent(inout) :: system
@@ -223,8 +222,8 @@ contains
       end if
       applied%bytes = switches%bytes
       call switches%apply(system%effects)
-      do i = 1, size(steps)
-         if (.not. steps(i) > 0.0_wp) cycle
+      do i = 1, size(changes_system)
+         if (.not. changes_system(i)) cycle
          do k = 1, size(systems, 1)
             call switches%apply(systems(k, i)%effects)
          end do

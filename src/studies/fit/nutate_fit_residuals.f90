@@ -74,15 +74,17 @@ contains
    end function model
 
    !> Computes the residuals of a row, and their derivatives by parameters, some of which change the system.
-   subroutine evaluate(self, i, system, systems, steps, state, sensitivities, residuals, jacobian)
+   subroutine evaluate(self, i, system, systems, weights, changes_system, state, sensitivities, residuals, jacobian)
       class(residuals_t), intent(inout) :: self
       !> Index of the row.
       integer, intent(in) :: i
       type(system_t), intent(in) :: system
       !> Systems at the points of the stencil of each parameter; shape (points, parameters).
       type(system_t), intent(in) :: systems(:, :)
-      !> Steps of the stencil; 0 for a parameter on which the system does not depend. Shape (parameters).
-      real(wp), intent(in) :: steps(:)
+      !> Weights of the points; shape (points, parameters).
+      real(wp), intent(in) :: weights(:, :)
+      !> True for a parameter on which the system depends; shape (parameters).
+      logical, intent(in) :: changes_system(:)
       type(state_t), intent(in) :: state
       !> Derivative of the state; shape (6 + wheels, parameters).
       real(wp), intent(in) :: sensitivities(:, :)
@@ -107,8 +109,8 @@ contains
             residuals = wrapped(values - measured, self%measurement%turns)
             do k = 1, size(sensitivities, 2)
                jacobian(:, k) = slope(self, system, state, values, sensitivities(:, k))
-               if (steps(k) > 0.0_wp) &
-                  jacobian(:, k) = jacobian(:, k) + slope_of_system(self, systems(:, k), steps(k), state, values)
+               if (changes_system(k)) &
+                  jacobian(:, k) = jacobian(:, k) + slope_of_system(self, systems(:, k), weights(:, k), state, values)
             end do
          end select
          residuals = residuals/sigma
@@ -142,17 +144,18 @@ contains
    end function slope
 
    !> Returns the derivative of the columns by a parameter of the system, with the state fixed; shape (columns).
-   function slope_of_system(self, systems, step, state, values) result(slope)
+   function slope_of_system(self, systems, weights, state, values) result(slope)
       class(residuals_t), intent(inout) :: self
+      !> Systems at the points of the stencil.
       type(system_t), intent(in) :: systems(:)
-      real(wp), intent(in) :: step
+      real(wp), intent(in) :: weights(:)
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: values(:)
       real(wp) :: slope(size(values))
       integer :: k
       slope = 0.0_wp
-      do k = 1, size(places)
-         slope = slope + weights(k)/step*wrapped(self%model(systems(k), state) - values, self%measurement%turns)
+      do k = 1, size(systems)
+         slope = slope + weights(k)*wrapped(self%model(systems(k), state) - values, self%measurement%turns)
       end do
    end function slope_of_system
 

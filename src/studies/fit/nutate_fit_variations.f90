@@ -20,11 +20,14 @@ module nutate_fit_variations
    implicit none
    private
 
-   public :: add_scene, add_key, places, weights
+   public :: add_scene, add_key, one_sided_places, one_sided_weights, places, weights
 
    !> Five-point differences, which are exact for polynomials of degree 4: points in steps, and weights times the step.
    integer, parameter :: places(4) = [-2, -1, 1, 2]
    real(wp), parameter :: weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12
+   !> One-sided differences at the limit of a key, which are exact for polynomials of degree 3.
+   integer, parameter :: one_sided_places(4) = [0, 1, 2, 3]
+   real(wp), parameter :: one_sided_weights(4) = [-11.0_wp, 18.0_wp, -9.0_wp, 2.0_wp]/6
 
 contains
 
