@@ -254,7 +254,10 @@ class Fit(CommandLineTest):
         self.write("spin.nml", "&body inertia = 1, 1, 0.5 /\n&initial angular_velocity = 0, 0, 1.8 /\n"
                    "&integrator local_tolerance = 1e-10, end_time = 1 /\n&free key = 'initial.angular_velocity' /\n"
                    "&measurement file = 'axis.csv', columns = 'x', 'y', 'z', direction = 0, 3, 0, sigma = 0.01 /\n")
-        self.assertRegex(self.succeed("fit", "spin.nml").stdout, r"angular_velocity\.3 +2\.000 ± 0\.01")
+        page = self.succeed("fit", "spin.nml").stdout
+        self.assertRegex(page, r"angular_velocity\.3 +2\.000 ± 0\.01")
+        # Three unit vectors have six degrees of freedom, and the fit has three parameters.
+        self.assertRegex(page, "9 residuals in 1 measurement, 3 parameters\n.*\n.* for 3 degrees of freedom")
         self.write("angle.nml", GYRO.replace("'omega1', 'omega2', 'omega3'", "'phi', 'theta', 'psi'"))
         self.assertRegex(self.succeed("fit", "angle.nml", "--csv", "a.csv", "--output", "a.fit.nml").stdout,
                          r"body\.inertia\.2 +20\.0")

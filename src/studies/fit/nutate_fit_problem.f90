@@ -3,6 +3,7 @@
 module nutate_fit_problem
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_fit_model, only: fit_model_t, motion_at_t, switches_t
+   use nutate_fit_plan, only: DIRECTIONS
    use nutate_fit_residuals, only: inverse_right_jacobian, residuals_t
    use nutate_kinds, only: wp
    use nutate_least_squares, only: least_squares_problem_t
@@ -122,6 +123,9 @@ contains
             end associate
          end do
       end do
+      ! The measured components of a unit vector have two degrees of freedom.
+      self%dependent = sum([(merge(count(self%places(:, i) > 0), 0, self%residuals(i)%measurement%kind == DIRECTIONS), &
+                             i=1, size(self%residuals))])
       call set_losses(self)
    end subroutine set_arc
 

@@ -46,6 +46,8 @@ module nutate_least_squares
       !> Usual size of each parameter, 0 if none is known: if a change by it changes the residuals by rounding only,
       !> they do not determine the parameter. Not allocated: none is known. Shape (parameters).
       real(wp), allocatable :: sizes(:)
+      !> Number of residuals that the others determine.
+      integer :: dependent = 0
    contains
       !> Computes residuals and Jacobian at given parameters.
       procedure(evaluate_residuals), deferred :: evaluate
@@ -167,7 +169,7 @@ contains
       do
          call factorize(problem, here, factors, status)
          if (.not. status%ok()) exit
-         result%remaining = factors%remaining()/scale_of(chosen, here, factors)
+         result%remaining = factors%remaining()/scale_of(problem, chosen, here, factors)
          result%converged = result%remaining <= chosen%tolerance
          if (result%converged .or. result%iterations >= chosen%most_iterations) exit
          if (result%iterations > 0 .and. mod(result%iterations, stall_iterations) == 0) then
@@ -186,7 +188,7 @@ contains
          call factorize(problem, here, factors, factored)
          if (status%ok()) status = factored
       end if
-      call conclude(here, factors, chosen, result)
+      call conclude(problem, here, factors, chosen, result)
       if (status%code == NUTATE_NOT_CONVERGED .and. result%remaining <= near) then
          ! Round-off of the residuals lets no step succeed.
          result%converged = .true.
@@ -197,16 +199,25 @@ contains
    end subroutine minimize
 
    !> Returns the unit of the remaining step: 1, or the scatter of the residuals.
-   pure real(wp) function scale_of(settings, here, factors) result(scale)
+   pure real(wp) function scale_of(problem, settings, here, factors) result(scale)
+      class(least_squares_problem_t), intent(in) :: problem
       type(least_squares_settings_t), intent(in) :: settings
       type(place_t), intent(in) :: here
       type(factors_t), intent(in) :: factors
       scale = 1.0_wp
       if (settings%sigma_is_known) return
-      scale = sqrt(here%cost/max(1, size(here%residuals) - count(factors%known())))
+      scale = sqrt(here%cost/max(1, freedom_of(problem, here, factors)))
       ! Keeps the unit above 0 for data without scatter.
       scale = max(scale, sqrt(tiny(scale)))
    end function scale_of
+
+   !> Returns the number of degrees of freedom.
+   pure integer function freedom_of(problem, here, factors) result(freedom)
+      class(least_squares_problem_t), intent(in) :: problem
+      type(place_t), intent(in) :: here
+      type(factors_t), intent(in) :: factors
+      freedom = size(here%residuals) - problem%dependent - count(factors%known())
+   end function freedom_of
 
    !> Returns the parameters, moved inside of the bounds.
    pure function within(problem, x) result(inside)
@@ -360,7 +371,8 @@ contains
    end function standard_errors
 
    !> Fills the result from the last iterate.
-   subroutine conclude(here, factors, settings, result)
+   subroutine conclude(problem, here, factors, settings, result)
+      class(least_squares_problem_t), intent(in) :: problem
       type(place_t), intent(in) :: here
       type(factors_t), intent(in) :: factors
       type(least_squares_settings_t), intent(in) :: settings
@@ -373,7 +385,7 @@ contains
       result%residuals = here%residuals
       result%jacobian = here%jacobian
       result%chi_squared = here%cost
-      result%degrees_of_freedom = size(here%residuals) - count(factors%known())
+      result%degrees_of_freedom = freedom_of(problem, here, factors)
       result%at_bound = spread(.true., 1, n)
       result%at_bound(factors%moving) = .false.
       allocate (result%covariance(n, n), source=0.0_wp)
