@@ -52,7 +52,12 @@ contains
       type(group_t), intent(in) :: group
       class(torque_t), allocatable, intent(out) :: motor
       type(status_t), intent(inout) :: status
+      character(len=9), parameter :: of_torque(4) = ['frequency', 'phase    ', 'start    ', 'stop     ']
       type(applied_torque_t) :: wave
+      if (.not. group%has('torque')) then
+         call exclude(group, of_torque, '', ' without torque (expected torque)', status)
+         return
+      end if
       wave%name = 'motor'
       wave%amplitude(1) = group%number('torque', 0.0_wp)
       wave%frequency = group%number('frequency', wave%frequency)
@@ -67,7 +72,7 @@ contains
       else if (group%has('speed_limit') .and. abs(wave%frequency) > 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'frequency with speed_limit (expected a constant torque, or a table '// &
                        "with interpolation = 'linear')", 'frequency')
-      else if (group%has('torque')) then
+      else
          allocate (motor, source=wave)
       end if
    end subroutine build_wave
