@@ -175,6 +175,10 @@ class WheelMounting(Recipe):
         """
         if torque is not None and table is not None:
             raise refusal("torque and table exclude each other (expected one of them)")
+        if torque is None and (frequency, phase) != (0.0, 0.0):
+            raise refusal("frequency or phase without torque (expected torque)")
+        if torque is None and table is None and (start, stop) != (-np.inf, np.inf):
+            raise refusal("start or stop without torque or table (expected one of them)")
         window, motor, lines = (float(start), float(stop)), None, None
         if table is not None:
             times, torques = (np.array(column, dtype=np.float64) for column in table)

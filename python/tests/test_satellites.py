@@ -204,8 +204,9 @@ class SatellitesTest(unittest.TestCase):
         system.add("gravity_gradient")
         system.add_wheel((0, 0, 1), 0.05, torque=0.2, frequency=0.1, start=0.5, speed_limit=np.inf)
         system.add_wheel((0, 1, 0), 0.05, 10.0)
-        with self.assertRaises(nutate.NutateValueError):
-            system.add_wheel((0, 1, 0), 0.05, torque=1.0, table=([0, 1], [0, 1]))
+        for motor in (dict(torque=1.0, table=([0, 1], [0, 1])), dict(phase=1.0), dict(frequency=1.0, table=([0, 1], [0, 1])), dict(start=0.5)):
+            with self.assertRaises(nutate.NutateValueError):
+                system.add_wheel((0, 1, 0), 0.05, **motor)
         stepper = nutate.Stepper(pickle.loads(pickle.dumps(system)), time_step=0.5)
         stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 0))
         stepper.set_columns("wheel1", "wheel2", "jacobi", "orbit", "lvlh_attitude", "time_dependent_work")
