@@ -2,7 +2,7 @@
 !> by differences along the sensitivity. Changes of effects by their parameters are added to first order.
 module nutate_moved_system
    use nutate_body, only: body_t, make_body
-   use nutate_variation, only: OF_ORBIT, OF_POTENTIAL, OF_TORQUE
+   use nutate_variation, only: change_at_start, OF_ORBIT, OF_POTENTIAL, OF_TORQUE, variation_t
    use nutate_kinds, only: wp, eps
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: rotate_to_body
@@ -51,9 +51,17 @@ contains
       !> Part, in units of the sensitivity's parameter; so small that the body remains possible.
       real(wp), intent(in) :: part
       type(system_t), intent(out) :: moved
+      type(variation_t) :: variation
       integer :: i, j
       moved = system
-      associate (variation => tangent%variations(tangent%parametric(m)), effects => moved%effects)
+      variation = tangent%variations(tangent%parametric(m))
+      ! Starts and stops of rates of the inertia do not move.
+      if (system%effects%reshapes) then
+         variation%mass_moment = 0.0_wp
+         variation%mass = 0.0_wp
+         call variation%follow_body(system%effects, tangent%inertia(:, :, m) - change_at_start(system%effects, variation))
+      end if
+      associate (effects => moved%effects)
          if (any(abs(tangent%inertia(:, :, m)) > 0.0_wp)) &
             call move_body(system%body, part*tangent%inertia(:, :, m), moved%body)
          effects%rotor_momentum = effects%rotor_momentum + part*variation%rotor
@@ -99,11 +107,13 @@ contains
       class(potential_t), allocatable, intent(inout) :: item
       real(wp), intent(in) :: change(:)
       type(moved_potential_t), allocatable :: moved
+      real(wp) :: factors(2)
       allocate (moved)
       moved%moves = item%moves
       moved%pace = item%pace
-      moved%by_inertia = item%by_inertia
-      moved%by_center = item%by_center
+      factors = item%factor_change(change)
+      moved%by_inertia = item%by_inertia + factors(1)
+      moved%by_center = item%by_center + factors(2)
       moved%varies = item%varies
       moved%direction = item%direction + item%direction_change(change, 0.0_wp)
       moved%change = change

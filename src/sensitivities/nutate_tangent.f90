@@ -18,10 +18,10 @@
 !> may be used, and must not change. For parametric sensitivities (`parametric` holds their indices) add the effect of
 !> their changes in the step: `inertia` is the change of the body without freely rotating parts, `variations(k)%rotor`,
 !> `%frame`, `%effects` are the others; effects supply their own derivatives (`direction_change`, `gradient_change`,
-!> `torque_change`). `work` gains the change of the work of torques, motors and friction. Methods that project move the
-!> sensitivities to the targets `energy` and `space_momentum`, the values of the rows at the start. For methods that
-!> conserve by themselves, and report it (`conserves`), `propagate` removes round-off of these rows every so many steps
-!> (`nutate_sensitivity_projection`).
+!> `torque_change`), and `reshaping_term` those of potentials that vary with the body. `work` gains the change of the
+!> work of torques, motors and friction. Methods that project move the sensitivities to the targets `energy` and
+!> `space_momentum`, the values of the rows at the start. For methods that conserve by themselves, and report it
+!> (`conserves`), `propagate` removes round-off of these rows every so many steps (`nutate_sensitivity_projection`).
 module nutate_tangent
    use nutate_archive, only: archive_t
    use nutate_variation, only: variation_t
@@ -150,7 +150,8 @@ module nutate_tangent
       end function relative
 
       !> Returns dH·X with the change of H by the parameters at fixed q, L and h, J; of H - ω·l if the space axes
-      !> rotate. Potentials conserve this row, torques change it by `work`; shape (n).
+      !> rotate. Potentials conserve this row, torques change it by `work`; shape (n). Nothing uses it for potentials that
+      !> depend on time: the changes of orbital gradients with |n|, and with what changes the body, are left out.
       pure module function energy_row(self, system, state) result(change)
          class(tangent_t), intent(in) :: self
          type(system_t), intent(in) :: system

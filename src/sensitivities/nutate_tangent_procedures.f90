@@ -1,6 +1,6 @@
 !> Bodies of the procedures whose interfaces are in `nutate_tangent`.
 submodule(nutate_tangent) nutate_tangent_procedures
-   use nutate_variation, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
+   use nutate_variation, only: added_inertia, change_at_start, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, inertia_at, &
       inverse_inertia_at, potential_torque
    use nutate_quaternion, only: cross, quat_normalized, rotate_to_body, rotate_to_space
@@ -20,7 +20,6 @@ contains
          if (status%ok() .and. any(abs(variations(k)%frame) > 0.0_wp) .and. .not. system%effects%frame_turns) &
             status = fail(NUTATE_BAD_ARGUMENT, 'the rate of the space axes has a derivative only where they turn '// &
                           '(expected a rotating_frame with a rate)', variations(k)%name)
-         if (status%ok() .and. system%effects%reshapes) call check_reshaped(system%effects, variations(k), status)
       end do
       if (.not. status%ok()) return
       self%n = size(variations)
@@ -31,7 +30,8 @@ contains
                 self%even(self%n + modulo(self%n, 2), 6), &
                 self%inner(self%n, system%effects%n_wheels), source=0.0_wp)
       do k = 1, self%n
-         call self%variations(k)%follow_body(system%effects)
+         call self%variations(k)%follow_body(system%effects, self%variations(k)%inertia + added_inertia( &
+                                             self%variations(k), system%effects, 0, 0.0_wp, 0.0_wp, 1.0_wp))
          call self%variations(k)%follow_orbits(system%effects, status)
       end do
       if (.not. status%ok()) return
@@ -39,45 +39,15 @@ contains
       self%parametric = pack([(k, k=1, self%n)], [(self%variations(k)%is_parametric(), k=1, self%n)])
       allocate (self%inertia(3, 3, size(self%parametric)))
       do m = 1, size(self%parametric)
-         self%inertia(:, :, m) = inertia_change(system%effects, self%variations(self%parametric(m))) + &
-                                 change_in_time(system%effects, self%variations(self%parametric(m)), 0.0_wp) + &
-                                 change_by_edges(system%effects, self%variations(self%parametric(m)), state%t)
+         associate (variation => self%variations(self%parametric(m)))
+            self%inertia(:, :, m) = change_at_start(system%effects, variation) + &
+                                    change_by_edges(system%effects, variation, state%t)
+         end associate
       end do
       call start_sensitivities(self, system, state)
       self%energy = self%energy_row(system, state)
       self%space_momentum = self%momentum_row(state)
    end procedure begin
-
-   !> Rejects sensitivities by parameters on which a potential that varies with the body depends. Errors:
-   !> `NUTATE_BAD_ARGUMENT`.
-   subroutine check_reshaped(effects, variation, status)
-      type(effect_list_t), intent(in) :: effects
-      type(variation_t), intent(in) :: variation
-      type(status_t), intent(inout) :: status
-      type(variation_t) :: whole
-      logical :: changes
-      integer :: i, m
-      whole = variation
-      call whole%follow_body(effects)
-      call whole%follow_orbits(effects, status)
-      if (.not. allocated(whole%effects)) return
-      changes = .false.
-      do m = 1, size(whole%effects)
-         associate (item => whole%effects(m))
-            if (item%kind == OF_TORQUE) then
-               changes = changes .or. effects%torques(item%place)%item%changes_inertia .or. &
-                         effects%torques(item%place)%item%moves_center
-            else if (item%kind == OF_POTENTIAL) then
-               do i = 1, effects%n_potentials
-                  changes = changes .or. effects%potentials(i)%place == item%place .and. &
-                            effects%potentials(i)%item%varies
-               end do
-            end if
-         end associate
-      end do
-      if (changes) status = fail(NUTATE_BAD_ARGUMENT, 'there is no derivative by a parameter of the body or of its '// &
-                                 'gravity while the body changes (expected one by the initial state)', variation%name)
-   end subroutine check_reshaped
 
    !> Sets θ, δL and δh at the initial state; for parameters, with fixed Ω0 and speeds of the wheels.
    subroutine start_sensitivities(self, system, state)
@@ -155,46 +125,6 @@ contains
       end do
    end procedure inner_change
 
-   !> Returns the change of Jᵣ = J - Σ Jw ssᵀ, without freely rotating parts; shape (3,3).
-   pure function inertia_change(effects, variation) result(change)
-      type(effect_list_t), intent(in) :: effects
-      type(variation_t), intent(in) :: variation
-      real(wp) :: change(3, 3)
-      real(wp) :: axis(3)
-      integer :: i, j
-      change = variation%inertia
-      if (.not. allocated(variation%effects)) return
-      do i = 1, size(variation%effects)
-         if (variation%effects(i)%kind /= OF_WHEEL) cycle
-         associate (wheel => effects%wheels(variation%effects(i)%place), c => variation%effects(i)%change)
-            if (wheel%component > 0) cycle
-            axis = axis_change(wheel, c)
-            do j = 1, 3
-               change(:, j) = change(:, j) - (c(4)*wheel%axis(j) + wheel%inertia*axis(j))*wheel%axis &
-                              - (wheel%inertia*wheel%axis(j))*axis
-            end do
-         end associate
-      end do
-   end function inertia_change
-
-   !> Returns the change of the inertia that effects add, by a sensitivity; shape (3,3).
-   pure function change_in_time(effects, variation, t) result(change)
-      type(effect_list_t), intent(in) :: effects
-      type(variation_t), intent(in) :: variation
-      !> Time, s.
-      real(wp), intent(in) :: t
-      real(wp) :: change(3, 3)
-      integer :: i
-      change = 0.0_wp
-      if (.not. allocated(variation%effects)) return
-      do i = 1, size(variation%effects)
-         associate (item => variation%effects(i))
-            if (item%kind == OF_TORQUE) &
-               change = change + effects%torques(item%place)%item%inertia_derivative(item%change, 0, t, t, 1.0_wp)
-         end associate
-      end do
-   end function change_in_time
-
    !> Returns the change of the inertia by starts and stops of its rates between t = 0 and another time; shape (3,3).
    pure function change_by_edges(effects, variation, t) result(change)
       type(effect_list_t), intent(in) :: effects
@@ -224,7 +154,8 @@ contains
       change = self%inertia(:, :, m)
       if (.not. effects%varies) return
       associate (variation => self%variations(self%parametric(m)))
-         change = change + (change_in_time(effects, variation, t) - change_in_time(effects, variation, 0.0_wp))
+         change = change + (added_inertia(variation, effects, 0, t, t, 1.0_wp) - &
+                            added_inertia(variation, effects, 0, 0.0_wp, 0.0_wp, 1.0_wp))
       end associate
    end procedure inertia_of
 

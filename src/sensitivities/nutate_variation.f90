@@ -8,10 +8,12 @@ module nutate_variation
    use nutate_kinds, only: wp
    use nutate_orbit, only: frame_rate_change
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_wheel, only: axis_change
    implicit none
    private
 
    public :: variation_t, effect_change_t, window_change_t, attitude_variation, rate_variation, inertia_variation
+   public :: added_inertia, change_at_start, reshaping_term
    public :: OF_POTENTIAL, OF_TORQUE, OF_WHEEL, OF_ORBIT
 
    !> List of the effects that contains an effect.
@@ -44,9 +46,10 @@ module nutate_variation
       character(len=64) :: name = ''
       !> Initial state: rotation vector of the attitude, body axes, q → q∘exp(½θ); Ω0, body axes, 1/s; shape (3).
       real(wp) :: attitude(3) = 0.0_wp, angular_velocity(3) = 0.0_wp
-      !> Body: J with its wheels locked, symmetric, kg m², shape (3,3); mass times centre of mass, kg m, shape (3).
-      !> Effects that depend on them change too.
-      real(wp) :: inertia(3, 3) = 0.0_wp, mass_moment(3) = 0.0_wp
+      !> Body: J with its wheels locked, symmetric, kg m², shape (3,3); mass times centre of mass, kg m, shape (3); mass,
+      !> kg, which multiplies motions of the centre of mass. All are those of t = 0. Effects that depend on them change
+      !> too.
+      real(wp) :: inertia(3, 3) = 0.0_wp, mass_moment(3) = 0.0_wp, mass = 0.0_wp
       !> Momentum of the rotors, body axes, N m s, and the rate of the space axes, in these, rad/s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp, frame(3) = 0.0_wp
       !> Parameters of effects.
@@ -320,20 +323,64 @@ contains
    end subroutine append
 
    !> Adds the changes of effects that follow from those of the body.
-   subroutine follow_body(self, effects)
+   subroutine follow_body(self, effects, inertia)
       class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
+      !> Change of J with its wheels locked, which effects may add to, kg m²; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3)
       integer :: i
       logical :: there
       do i = 1, effects%n_potentials + effects%n_off
          associate (slot => effects%potentials(i))
-            if (any(abs(self%inertia) > 0.0_wp)) &
-               there = changes(self, slot%item, OF_POTENTIAL, slot%place, 'inertia', reshape(self%inertia, [9]))
+            if (any(abs(inertia) > 0.0_wp)) &
+               there = changes(self, slot%item, OF_POTENTIAL, slot%place, 'inertia', reshape(inertia, [9]))
             if (any(abs(self%mass_moment) > 0.0_wp)) &
                there = changes(self, slot%item, OF_POTENTIAL, slot%place, 'mass_moment', self%mass_moment)
+            if (abs(self%mass) > 0.0_wp) there = changes(self, slot%item, OF_POTENTIAL, slot%place, 'mass', [self%mass])
          end associate
       end do
    end subroutine follow_body
+
+   !> Returns the change of Jᵣ = J - Σ Jw ssᵀ, without freely rotating parts, at t = 0; shape (3,3).
+   pure function change_at_start(effects, variation) result(change)
+      type(effect_list_t), intent(in) :: effects
+      type(variation_t), intent(in) :: variation
+      real(wp) :: change(3, 3)
+      real(wp) :: axis(3)
+      integer :: i, j
+      change = variation%inertia + added_inertia(variation, effects, 0, 0.0_wp, 0.0_wp, 1.0_wp)
+      if (.not. allocated(variation%effects)) return
+      do i = 1, size(variation%effects)
+         if (variation%effects(i)%kind /= OF_WHEEL) cycle
+         associate (wheel => effects%wheels(variation%effects(i)%place), c => variation%effects(i)%change)
+            if (wheel%component > 0) cycle
+            axis = axis_change(wheel, c)
+            do j = 1, 3
+               change(:, j) = change(:, j) - (c(4)*wheel%axis(j) + wheel%inertia*axis(j))*wheel%axis &
+                              - (wheel%inertia*wheel%axis(j))*axis
+            end do
+         end associate
+      end do
+   end function change_at_start
+
+   !> Returns the change of coefficient j of the power series of the inertia that effects add, kg m²; shape (3,3).
+   pure function added_inertia(variation, effects, j, t, moment, unit) result(change)
+      type(variation_t), intent(in) :: variation
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: j
+      !> Time, a time inside of the step that begins, ends or contains it, and unit of time, s.
+      real(wp), intent(in) :: t, moment, unit
+      real(wp) :: change(3, 3)
+      integer :: i
+      change = 0.0_wp
+      if (.not. (effects%varies .and. allocated(variation%effects))) return
+      do i = 1, size(variation%effects)
+         associate (item => variation%effects(i))
+            if (item%kind == OF_TORQUE) &
+               change = change + effects%torques(item%place)%item%inertia_derivative(item%change, j, t, moment, unit)
+         end associate
+      end do
+   end function added_inertia
 
    !> Adds the changes of effects, and of the rate of the space axes, that follow from those of orbits. Errors:
    !> `NUTATE_BAD_ARGUMENT` if two orbits are equal, since effects identify their orbit by its elements.
@@ -380,6 +427,39 @@ contains
             there = changes(self, effects%wheels(i), OF_WHEEL, i, 'orbit', change)
       end do
    end subroutine follow_path
+
+   !> Computes the change of coefficient j of the power series of E and -e of a potential (`nutate_reshaped_potential`).
+   pure subroutine reshaping_term(variation, effects, i, j, t, moment, unit, inertia, stiffness, slope)
+      use nutate_reshaped_potential, only: potential_term
+      type(variation_t), intent(in) :: variation
+      type(effect_list_t), intent(in) :: effects
+      !> Index of the potential; coefficient.
+      integer, intent(in) :: i, j
+      !> Time, a time inside of the step that begins, ends or contains it, and unit of time, s.
+      real(wp), intent(in) :: t, moment, unit
+      !> Change of J at that time, `inertia_of` of the sensitivity, kg m²; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3)
+      !> δE, shape (3,3), and -δe, shape (3), body axes.
+      real(wp), intent(out) :: stiffness(3, 3), slope(3)
+      real(wp) :: factors(2), added(3, 3)
+      integer :: n
+      factors = 0.0_wp
+      associate (slot => effects%potentials(i))
+         if (allocated(variation%effects)) then
+            do n = 1, size(variation%effects)
+               if (variation%effects(n)%kind == OF_POTENTIAL .and. variation%effects(n)%place == slot%place) &
+                  factors = factors + slot%item%factor_change(variation%effects(n)%change)
+            end do
+         end if
+         call potential_term(effects, i, j, t, moment, unit, stiffness, slope, factors)
+         if (j == 0) then
+            added = inertia - change_at_start(effects, variation)
+         else
+            added = added_inertia(variation, effects, j, t, moment, unit)
+         end if
+         stiffness = stiffness + slot%item%by_inertia*added
+      end associate
+   end subroutine reshaping_term
 
    !> Returns true for a sensitivity that changes more than the initial state.
    pure logical function is_parametric(self)

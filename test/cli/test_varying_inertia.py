@@ -82,10 +82,12 @@ class VaryingInertia(CommandLineTest):
         return written, [(b - a)/2e-4 for a, b in zip(*ends)]
 
     def test_derivatives_by_start_and_stop_are_those_of_differences(self):
-        for leaves in (".false.", ".true."):
+        # In the gravity gradient the potential changes with the inertia.
+        for leaves, gradient in ((".false.", ""), (".true.", ""), (".false.", "&gravity_gradient direction = 1, 2, 2, strength = 0.5 /\n"),
+                                 (".true.", "&orbit semi_major_axis = 7, mu = 100 /\n&gravity_gradient /\n")):
             for key in ("inertia_rate.start", "inertia_rate.stop"):
                 self.write("moved.nml", "&body inertia = 2, 3, 4 /\n&initial angular_velocity = 0.4, 0.3, 1.5 /\n"
-                           f"&inertia_rate tensor = 0.1, 0.2, 0.3, start = 1.0, stop = 3.3, mass_leaves = {leaves} /\n&free key = '{key}' /\n"
+                           f"&inertia_rate tensor = 0.1, 0.2, 0.3, start = 1.0, stop = 3.3, mass_leaves = {leaves} /\n{gradient}&free key = '{key}' /\n"
                            "&integrator end_time = 4.5 /\n&output times = 4.5, columns = 'angular_velocity', 'sensitivities' /\n")
                 for settings in (("method='dop853'", "local_tolerance=1e-12"), ("method='rk8'", "time_step=0.05"),
                                  ("method='taylor'", "local_tolerance=1e-12"),
@@ -95,7 +97,7 @@ class VaryingInertia(CommandLineTest):
                                                                             for word in ("--set", f"integrator.{setting}")))
                     self.assertGreater(max(map(abs, written)), 0.01)
                     for value, other in zip(written, expected):
-                        self.assertAlmostEqual(value, other, delta=2e-7, msg=f"{key} {leaves} {settings}")
+                        self.assertAlmostEqual(value, other, delta=2e-7, msg=f"{key} {leaves} {gradient} {settings}")
 
     def test_the_rates_of_a_free_rocket_do_not_depend_on_the_axes(self):
         self.write("rocket.nml", "&body inertia = 2, 3, 4 /\n&initial angular_velocity = 0.4, 0.3, 1.5 /\n"
@@ -194,6 +196,31 @@ class VaryingInertia(CommandLineTest):
             scene += "&gravity acceleration = 0, 0, -1 /\n"
             scene = scene.replace("&body ", "&body mass = 1.0, center_of_mass = 0.0, 0.0, 0.3, ")
             self.find_in_noise(scene, {key: truth}, "--set", near, sigma=0.001)
+
+    def test_derivatives_of_a_body_with_both_tables_are_those_of_differences(self):
+        self.write("center.csv", "t (s),x (m),y (m),z (m)\n0,0,0,0.1\n2,0.1,0,0.3\n6,0,0.1,0.2\n")
+        for key in ("body.mass", "orbit.mu", "orbit.inclination"):
+            self.write("both.nml", "&body inertia_table = 'table.csv', inertia_scale = 1.1, mass = 3, center_of_mass_table = 'center.csv' /\n"
+                       "&gravity acceleration = 0, 0, -2 /\n&orbit semi_major_axis = 7, eccentricity = 0.2, inclination = 0.4, mu = 100 /\n&gravity_gradient /\n"
+                       f"&initial angular_velocity = 0.4, 0.3, 1.5 /\n&free key = '{key}' /\n"
+                       "&integrator end_time = 4.5 /\n&output times = 4.5, columns = 'angular_velocity', 'sensitivities' /\n")
+            for method, step in (("dop853", "local_tolerance=1e-12"), ("taylor", "local_tolerance=1e-12"),
+                                 ("nielsen_krenk", "order=8"), ("rk4", "time_step=0.002")):
+                settings = ["--set", f"integrator.method='{method}'", "--set", f"integrator.{step}"]
+                settings += ["--set", "integrator.time_step=0.02"] if method == "nielsen_krenk" else []
+                written, expected = self.derivative(key, "both.nml", *settings)
+                self.assertGreater(max(map(abs, written)), 0.001)
+                for value, other in zip(written, expected):
+                    self.assertAlmostEqual(value, other, delta=2e-7, msg=f"{key} {method}")
+
+    def test_a_fit_finds_mass_and_gravity_of_a_body_that_changes(self):
+        self.write("center.csv", "t (s),x (m),y (m),z (m)\n0,0,0,0.1\n2,0.1,0,0.3\n6,0,0.1,0.2\n")
+        scene = BOOM.replace("'table.csv'", "'table.csv', inertia_scale = 1, mass = 1, center_of_mass_table = 'center.csv'")
+        self.find_in_noise(scene + "&gravity acceleration = 0, 0, -1 /\n", {"body.mass": 1.0}, "--set", "body.mass=1.1", sigma=0.001)
+        orbit = "&orbit semi_major_axis = 7, eccentricity = 0.2, mu = 100 /\n&gravity_gradient /\n"
+        self.find_in_noise(RATE + orbit, {"orbit.mu": 100.0, "inertia_rate.tensor.3": 0.2}, "--set", "orbit.mu=105",
+                           "--set", "inertia_rate.tensor=0.05,0.2,0.15", "--set", "integrator.method='taylor'", "--unset", "integrator.order",
+                           "--unset", "integrator.formulation", sigma=0.001)
 
 
 if __name__ == "__main__":

@@ -6,12 +6,12 @@
 !> the end, θ1 = Rh(φ + 4δr/(1+ρ)). A change δr rotates mid step by Nδr, N = 2(1 - [r]×)/(1+ρ), and scales potentials by
 !> -2(r·δr)/(1+ρ), since γ̄ is of the length of the mean.
 module nutate_tangent_forces
-   use nutate_variation, only: variation_t, OF_POTENTIAL, OF_TORQUE
+   use nutate_variation, only: reshaping_term, variation_t, OF_POTENTIAL, OF_TORQUE
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body
-   use nutate_small_products, only: add_multiple, multiply, skew, times_vector
+   use nutate_small_products, only: add_multiple, deviator, multiply, skew, times_vector
    implicit none
    private
 
@@ -37,6 +37,8 @@ module nutate_tangent_forces
       procedure :: set
       !> Computes the change of τ̄ by a sensitivity's parameters.
       procedure :: own_change
+      !> Returns the change of τ̄ by what a sensitivity changes of potentials that vary with the body.
+      procedure :: reshaped_change
    end type forces_tangent_t
 
 contains
@@ -338,10 +340,39 @@ contains
          moved_mean = times_vector(half, moved)
          moved_end = times_vector(half, moved_mean)
          call potential%linearize(start, end, gradient, by_start, by_end)
+         if (forces%reshapes) then
+            call forces%add_changes(i, start, end, gradient, by_end)
+            by_start = by_start + 0.5_wp*forces%changes%stiffness(:, :, i)
+         end if
          by_change = times_vector(by_start, moved) + times_vector(by_end, moved_end)
          torque = torque + across(self%shrink*moved_mean, gradient) + across(mean, by_change)
       end associate
    end function potential_change
+
+   !> Returns the change of τ̄ by what a sensitivity changes of potentials that vary with the body, γ̄×(δEγ - δe) with the
+   !> mean γ of the ends, N m; shape (3).
+   pure function reshaped_change(self, effects, forces, variation, inertia) result(torque)
+      class(forces_tangent_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(discrete_forces_t), intent(in) :: forces
+      type(variation_t), intent(in) :: variation
+      !> Change of J at mid step, kg m²; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3)
+      real(wp) :: torque(3)
+      real(wp) :: half(3, 3), mean(3), stiffness(3, 3), slope(3)
+      integer :: i
+      torque = 0.0_wp
+      half = (2*self%shrink)*self%back
+      do i = 1, effects%n_potentials
+         if (.not. effects%potentials(i)%item%varies) cycle
+         call reshaping_term(variation, effects, i, 0, forces%t, forces%t, 1.0_wp, inertia, stiffness, slope)
+         associate (start => forces%gamma0(:, i))
+            mean = times_vector(half, start)
+            slope = slope + times_vector(deviator(stiffness), 0.5_wp*(start + times_vector(half, mean)))
+            torque = torque + across(self%shrink*mean, slope)
+         end associate
+      end do
+   end function reshaped_change
 
    !> Returns a×b; defined here, so that it is inlined into its callers; shape (3).
    pure function across(a, b) result(c)

@@ -4,7 +4,7 @@
 !> friction, h the momenta of wheels and inner spheres. With the change a = ΔtδΩ of the angle and the rotation vector
 !> θ = 2 vec(q*∘δq)/|q|² of the attitude, their derivative is `δk = (∂k/∂a)a + Θθ + ...`, a = ΔtJ⁻¹(δL - Σ s δh - ...).
 module nutate_stage_rates
-   use nutate_variation, only: variation_t, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
+   use nutate_variation, only: reshaping_term, variation_t, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_hamiltonian, only: body_direction, inverse_inertia_at, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: most_inner
@@ -42,6 +42,8 @@ module nutate_stage_rates
       procedure :: evaluate
       !> Computes the change of k by the parameters of a sensitivity.
       procedure :: own_change
+      !> Adds the change of k by what a sensitivity changes of potentials that vary with the body.
+      procedure :: add_reshaped
    end type stage_rates_t
 
 contains
@@ -155,11 +157,10 @@ contains
 
    !> Adds τ = γ×∇U of the potentials, δγ = γ×θ.
    pure subroutine add_potentials(self, rates, system)
-      use nutate_reshaped_potential, only: potential_term
       type(stage_rates_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
-      real(wp) :: gamma(3), slope(3), tau(3), change(3), curvature(3, 3), stiffness(3, 3), along
+      real(wp) :: gamma(3), slope(3), tau(3), change(3), curvature(3, 3), along
       integer :: i, j
       logical :: linear
       tau = 0.0_wp
@@ -168,12 +169,8 @@ contains
          associate (potential => system%effects%potentials(i)%item, by_turn => self%by_turn)
             linear = potential%is_linear()
             slope = potential%gradient(gamma)
-            if (.not. linear) curvature = potential%hessian(gamma)
-            if (potential%varies) then
-               call potential_term(system%effects, i, 0, self%t, self%t, 1.0_wp, stiffness, change)
-               slope = slope + change + times_vector(deviator(stiffness), gamma)
-               if (.not. linear) curvature = curvature + deviator(stiffness)
-            end if
+            if (potential%varies .or. .not. linear) curvature = potential%hessian(gamma)
+            if (potential%varies) call reshape_slope(self, system, i, gamma, slope, curvature)
             tau = tau + cross(gamma, slope)
             along = dot_product(slope, gamma)
             do j = 1, 3
@@ -190,6 +187,20 @@ contains
       self%torque = self%torque + tau
       self%rate(5:7) = self%rate(5:7) + rates%dt*tau
    end subroutine add_potentials
+
+   !> Adds to ∇U and the Hessian what changes of the body add.
+   pure subroutine reshape_slope(self, system, i, gamma, slope, curvature)
+      use nutate_reshaped_potential, only: potential_term
+      type(stage_rates_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: i
+      real(wp), intent(in) :: gamma(3)
+      real(wp), intent(inout) :: slope(3), curvature(3, 3)
+      real(wp) :: stiffness(3, 3), push(3)
+      call potential_term(system%effects, i, 0, self%t, self%t, 1.0_wp, stiffness, push)
+      slope = slope + push + times_vector(deviator(stiffness), gamma)
+      curvature = curvature + deviator(stiffness)
+   end subroutine reshape_slope
 
    !> Adds the torques that act, and their work.
    subroutine add_torques(self, rates, system)
@@ -396,16 +407,40 @@ contains
       integer, intent(in) :: i
       real(wp), intent(in) :: change(:)
       real(wp) :: torque(3)
-      real(wp) :: gamma(3), moved(3)
+      real(wp) :: gamma(3), moved(3), slope(3), curvature(3, 3)
       gamma = body_direction(system%effects, i, self%q, self%t)
       associate (potential => system%effects%potentials(i)%item)
          torque = cross(gamma, potential%gradient_change(change, gamma, gamma))
          moved = potential%direction_change(change, self%t)
          if (.not. any(abs(moved) > 0.0_wp)) return
          moved = rotate_to_body(self%q, moved)
-         torque = torque + cross(moved, potential%gradient(gamma)) &
-                  + cross(gamma, times_vector(potential%hessian(gamma), moved))
+         slope = potential%gradient(gamma)
+         curvature = potential%hessian(gamma)
+         if (potential%varies) call reshape_slope(self, system, i, gamma, slope, curvature)
+         torque = torque + cross(moved, slope) + cross(gamma, times_vector(curvature, moved))
       end associate
    end function potential_change
+
+   !> Adds the change of k by what a sensitivity changes of potentials that vary with the body, γ×(δEγ - δe).
+   subroutine add_reshaped(self, rates, system, variation, inertia, change)
+      class(stage_rates_t), intent(in) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      type(variation_t), intent(in) :: variation
+      !> δJ without parts that rotate freely, kg m²; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3)
+      real(wp), intent(inout) :: change(:)
+      real(wp) :: gamma(3), slope(3), stiffness(3, 3), torque(3)
+      integer :: i
+      torque = 0.0_wp
+      do i = 1, system%effects%n_potentials
+         if (.not. system%effects%potentials(i)%item%varies) cycle
+         gamma = body_direction(system%effects, i, self%q, self%t)
+         call reshaping_term(variation, system%effects, i, 0, self%t, self%t, 1.0_wp, inertia, stiffness, slope)
+         torque = torque + cross(gamma, times_vector(stiffness, gamma) + slope)
+      end do
+      if (self%homogeneous) torque = self%square*torque
+      change(5:7) = change(5:7) + rates%dt*torque
+   end subroutine add_reshaped
 
 end module nutate_stage_rates

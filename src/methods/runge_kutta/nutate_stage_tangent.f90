@@ -358,12 +358,14 @@ contains
       !> Index among the parametric sensitivities, and that of the stage.
       integer, intent(in) :: m, i
       real(wp), intent(in) :: y(:)
-      real(wp) :: change(size(y))
+      real(wp) :: change(size(y)), inertia(3, 3)
       integer :: k
       k = tangent%parametric(m)
       if (self%axis == 0) then
-         call self%stage%own_change(rates, system, tangent%variations(k), tangent%inertia_of( &
-            system%effects, m, rates%t + self%times(i)*rates%dt), y, change)
+         inertia = tangent%inertia_of(system%effects, m, rates%t + self%times(i)*rates%dt)
+         call self%stage%own_change(rates, system, tangent%variations(k), inertia, y, change)
+         if (system%effects%reshapes) &
+            call self%stage%add_reshaped(rates, system, tangent%variations(k), inertia, change)
       else
          call self%rotated_stage%own_change(rates, system, tangent%variations(k), tangent%inertia(:, :, m), &
             self%rotated, &

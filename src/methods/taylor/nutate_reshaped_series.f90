@@ -5,28 +5,30 @@ module nutate_reshaped_series
    use nutate_kinds, only: wp
    use nutate_power_series, only: highest_order
    use nutate_quaternion, only: cross
-   use nutate_small_products, only: deviator, times_vector
+   use nutate_small_products, only: deviator, skew, times_columns, times_vector
    implicit none
    private
 
-   public :: reshaped_series_t, inertia_push, transported_power
+   public :: reshaped_series_t, degree, inertia_push, transported_power
 
    !> Degree of the polynomials by which a body changes.
    integer, parameter :: degree = 3
 
    !> The changes of all potentials in one series.
    type :: reshaped_series_t
-      private
       !> Coefficients of E, without its isotropic part, and of -e; shapes (3,3, 0:degree, number of potentials) and (3,
       !> 0:degree, number of potentials).
       real(wp), allocatable :: stiffness(:, :, :, :), push(:, :, :)
       !> Series of Eγ - e, body axes; shape (3, 0:highest_order, number of potentials).
-      real(wp), allocatable :: gradient(:, :, :)
+      real(wp), allocatable, private :: gradient(:, :, :)
    contains
       !> Allocates for the effects of a system.
       procedure :: prepare
-      !> Computes a coefficient of the torque.
+      !> Computes the coefficients of E and e.
+      procedure :: expand
+      !> Computes a coefficient of the torque, and of its derivative by γ.
       procedure :: get_torque
+      procedure :: derivative
    end type reshaped_series_t
 
 contains
@@ -41,26 +43,32 @@ contains
       end associate
    end subroutine prepare
 
-   !> Computes coefficient k of γ×(Eγ - e) of one potential from those of γ.
-   pure subroutine get_torque(self, effects, i, k, t, moment, time_unit, gamma, tau)
+   !> Computes the coefficients of E and e of one potential.
+   pure subroutine expand(self, effects, i, t, moment, time_unit)
       use nutate_reshaped_potential, only: potential_term
       class(reshaped_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> Index of the potential; coefficient: 0 first, then one after the other.
-      integer, intent(in) :: i, k
+      !> Index of the potential.
+      integer, intent(in) :: i
       !> Start of the series, a time inside of the step, and unit of time, s.
       real(wp), intent(in) :: t, moment, time_unit
+      integer :: j
+      do j = 0, degree
+         call potential_term(effects, i, j, t, moment, time_unit, self%stiffness(:, :, j, i), self%push(:, j, i))
+         self%stiffness(:, :, j, i) = deviator(self%stiffness(:, :, j, i))
+      end do
+   end subroutine expand
+
+   !> Computes coefficient k of γ×(Eγ - e) of one potential from those of γ.
+   pure subroutine get_torque(self, i, k, gamma, tau)
+      class(reshaped_series_t), intent(inout) :: self
+      !> Index of the potential; coefficient: 0 first, then one after the other.
+      integer, intent(in) :: i, k
       !> γ, body axes; shape (3, 0:k).
       real(wp), intent(in) :: gamma(3, 0:k)
       !> Body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       integer :: j
-      if (k == 0) then
-         do j = 0, degree
-            call potential_term(effects, i, j, t, moment, time_unit, self%stiffness(:, :, j, i), self%push(:, j, i))
-            self%stiffness(:, :, j, i) = deviator(self%stiffness(:, :, j, i))
-         end do
-      end if
       self%gradient(:, k, i) = 0.0_wp
       if (k <= degree) self%gradient(:, k, i) = self%push(:, k, i)
       do j = 0, min(degree, k)
@@ -71,6 +79,22 @@ contains
          tau = tau + cross(gamma(:, j), self%gradient(:, k - j, i))
       end do
    end subroutine get_torque
+
+   !> Returns coefficient k of the derivative of γ×(Eγ - e) by γ, [γ]×E - [Eγ - e]×; shape (3,3). Called after
+   !> `get_torque`.
+   pure function derivative(self, i, k, gamma)
+      class(reshaped_series_t), intent(in) :: self
+      !> Index of the potential; coefficient.
+      integer, intent(in) :: i, k
+      !> γ, body axes; shape (3, 0:k).
+      real(wp), intent(in) :: gamma(3, 0:k)
+      real(wp) :: derivative(3, 3)
+      integer :: j
+      derivative = -skew(self%gradient(:, k, i))
+      do j = 0, min(degree, k)
+         derivative = derivative + times_columns(skew(gamma(:, k - j)), self%stiffness(:, :, j, i))
+      end do
+   end function derivative
 
    !> Returns coefficient k of -½(dJ/dt)Ω, body axes, N m; shape (3): its product with Ω is the power of the change.
    pure function inertia_push(k, time_unit, inertia, omega) result(push)

@@ -20,8 +20,8 @@
 module nutate_series_tangent
    use nutate_variation, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_sensitivity_series, only: add_lacking, add_rest, add_row, add_rotated, by_angle, by_momentum, &
-      for_momentum, &
-      for_theta, lanes, n_factors, numbers, of_lack, of_momentum, of_theta, set_matrix, set_vector, sum_block, sum_free
+      for_momentum, for_theta, lanes, n_factors, numbers, of_lack, of_momentum, of_theta, set_matrix, set_vector, &
+      sum_block, sum_free
    use nutate_effect, only: torque_t
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: body_momentum
@@ -112,15 +112,15 @@ contains
       self%n_rows = self%torques%rank
       if (system%effects%frame_turns .or. size(tangent%parametric) > 0) self%n_rows = 3
       call start_motion(self, system, before, dt, start, acts, driven)
-      if (self%varies) call start_inertia(self, system%effects, dt, moment, acts)
+      self%torques%moment = moment
+      if (self%varies) call start_inertia(self, system%effects, dt, acts)
       call start_sensitivities(self, system%effects, tangent)
-      call self%torques%expect_changes(changes_in(tangent))
+      call self%torques%expect_changes(system%effects, changes_in(tangent), size(tangent%parametric))
       do k = 0, self%order
          call add_rates(self, k, system, dt)
          if (k == self%order) exit
          call add_motion(self, k, system, dt, acts, unknown)
-         if (size(tangent%parametric) + self%wheels%n > 0 .or. self%varies) &
-            call add_lacks(self, k, system, dt, tangent)
+         if (size(tangent%parametric) + self%wheels%n > 0 .or. self%varies) call add_lacks(self, k, system, dt, tangent)
          do b = 1, size(self%lacking)
             call add_block(self, k, dt, self%lacking(b), self%sensitivities(:, :, :, b))
          end do
@@ -173,13 +173,12 @@ contains
    end subroutine start_motion
 
    !> Coefficients of the inertia, and those of the mass that leaves.
-   pure subroutine start_inertia(self, effects, dt, moment, acts)
+   pure subroutine start_inertia(self, effects, dt, acts)
       class(series_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      real(wp), intent(in) :: dt, moment
+      real(wp), intent(in) :: dt
       logical, intent(in) :: acts(:)
       integer :: i, j
-      self%torques%moment = moment
       call self%torques%expand_inertia(effects, dt)
       self%loss = 0.0_wp
       do i = 1, size(acts)
@@ -410,9 +409,8 @@ contains
                if (item%kind == OF_WHEEL) &
                   inner(:, place) = inner(:, place) + self%wheels%momentum_term(k, item%place)* &
                                     axis_change(system%effects%wheels(item%place), item%change)
-               if (item%kind == OF_TORQUE) inner(:, place) = inner(:, place) + &
-                  changed_momentum(self, system%effects%torques(item%place)%item, item%change, k, self%torques%moment, &
-                                   dt, .false.)
+               if (item%kind == OF_TORQUE) inner(:, place) = inner(:, place) + changed_momentum( &
+                  self, system%effects%torques(item%place)%item, item%change, k, self%torques%moment, dt, .false.)
             end associate
          end do
       end do
@@ -630,6 +628,8 @@ contains
             end do
          end if
       end associate
+      if (system%effects%reshapes) call self%torques%add_reshaped( &
+         system%effects, tangent%variations(c), tangent%inertia_of(system%effects, m, self%t), m, k, dt, tau)
       tau = tau - times_vector(self%drag, rotating)
       c = place_of(self, tangent, m)
       call put(self, c, of_theta, k + 1, get(self, c, of_theta, k + 1) - (dt*inverses(k + 1))*rotating)

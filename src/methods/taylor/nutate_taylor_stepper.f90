@@ -514,11 +514,6 @@ contains
       logical :: works, driven(most_inner)
       works = system%effects%n_works() > 0 .and. .not. system%effects%depends_on_time
       if (works) tangent%work = tangent%work - tangent%energy_row(system, before)
-      if (system%effects%reshapes) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the series of the gravity of a body that varies has no sensitivities '// &
-                       "(expected method = 'nielsen_krenk', 'rk8' or 'dop853')", 'method')
-         return
-      end if
       origin = before
       call origin%restore_left()
       driven = .false.

@@ -4,8 +4,10 @@ module nutate_torque_changes
    use nutate_kinds, only: wp
    use nutate_power_series, only: highest_order
    use nutate_quaternion, only: cross
-   use nutate_small_products, only: times_vector
+   use nutate_reshaped_series, only: degree, reshaped_series_t
+   use nutate_small_products, only: deviator, times_vector
    use nutate_torque_series, only: torque_series_t
+   use nutate_variation, only: reshaping_term, variation_t
    implicit none
    private
 
@@ -18,20 +20,26 @@ module nutate_torque_changes
       !> those that are not zero, and for those that are known.
       real(wp), allocatable :: shift(:, :, :), shifted(:, :, :)
       logical, allocatable :: shifts(:), shift_known(:)
+      !> Changes of what potentials vary by with the body, of each sensitivity; shape (any).
+      type(reshaped_series_t), allocatable :: reshaped(:)
    contains
       !> Makes room for changes of parameters.
       procedure :: expect_changes
       !> Compute a coefficient of what changes of parameters make of the torque of one effect.
       procedure :: potential_change
       procedure :: torque_change
+      !> Adds a coefficient of what a sensitivity makes of the torque of potentials that vary with the body.
+      procedure :: add_reshaped
    end type torque_changes_t
 
 contains
 
-   !> Makes room for changes of parameters of so many effects.
-   pure subroutine expect_changes(self, n)
+   !> Makes room for changes of parameters of so many effects, by so many sensitivities.
+   pure subroutine expect_changes(self, effects, n, parametric)
       class(torque_changes_t), intent(inout) :: self
-      integer, intent(in) :: n
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: n, parametric
+      if (effects%reshapes) call expect_reshaped(self, effects, parametric)
       if (allocated(self%shifts)) then
          if (size(self%shifts) == n) return
          deallocate (self%shift, self%shifted, self%shifts, self%shift_known)
@@ -39,6 +47,23 @@ contains
       allocate (self%shift(3, 0:highest_order, n), self%shifted(3, 0:highest_order, n), source=0.0_wp)
       allocate (self%shifts(n), self%shift_known(n), source=.false.)
    end subroutine expect_changes
+
+   !> Makes room for changes of what potentials vary by with the body.
+   pure subroutine expect_reshaped(self, effects, parametric)
+      class(torque_changes_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Number of sensitivities that change a parameter.
+      integer, intent(in) :: parametric
+      integer :: m
+      if (allocated(self%reshaped)) then
+         if (size(self%reshaped) == parametric) return
+         deallocate (self%reshaped)
+      end if
+      allocate (self%reshaped(parametric))
+      do m = 1, parametric
+         call self%reshaped(m)%prepare(effects)
+      end do
+   end subroutine expect_reshaped
 
    !> Coefficient k of what changes of the parameters of a potential make of its torque; called after `add_derivatives`.
    pure subroutine potential_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
@@ -142,6 +167,35 @@ contains
          call add_shift(self, place, k, n, tau)
       end associate
    end subroutine torque_change
+
+   !> Adds coefficient k of γ×(δEγ - δe) of the potentials that vary with the body.
+   pure subroutine add_reshaped(self, effects, variation, inertia, m, k, time_unit, tau)
+      class(torque_changes_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(variation_t), intent(in) :: variation
+      !> Change of J at the start, kg m²; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3)
+      !> Index among the sensitivities that change a parameter; coefficient.
+      integer, intent(in) :: m, k
+      real(wp), intent(in) :: time_unit
+      !> Body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      real(wp) :: one(3)
+      integer :: i, j, n
+      associate (series => self%reshaped(m))
+         do n = 1, self%n_general
+            i = self%general(n)
+            if (.not. effects%potentials(i)%item%varies) cycle
+            do j = 0, merge(degree, -1, k == 0)
+               call reshaping_term(variation, effects, i, j, self%start, self%moment, time_unit, inertia, &
+                                   series%stiffness(:, :, j, i), series%push(:, j, i))
+               series%stiffness(:, :, j, i) = deviator(series%stiffness(:, :, j, i))
+            end do
+            call series%get_torque(i, k, self%gamma(:, 0:k, self%slot(n)), one)
+            tau = tau + one
+         end do
+      end associate
+   end subroutine add_reshaped
 
    !> Adds coefficient k of (∂τ/∂γ)R(q)ᵀδn of one slot.
    pure subroutine add_shift(self, place, k, n, tau)

@@ -43,7 +43,7 @@ module nutate_torque_series
       !> A time inside of the step, s, to be set: in the piece of the inertia.
       real(wp) :: moment = 0.0_wp
       !> Series of the part of potentials that varies with the body; not allocated if none does.
-      type(reshaped_series_t), allocatable, private :: changes
+      type(reshaped_series_t), allocatable :: changes
       !> Potentials with a general series or one that varies, and the slot of their auxiliary series.
       integer :: n_general = 0
       integer, allocatable :: general(:), slot(:)
@@ -354,8 +354,8 @@ contains
          n = self%slot(i)
          associate (potential => effects%potentials(self%general(i))%item)
             if (potential%varies) then
-               call self%changes%get_torque(effects, self%general(i), k, t, self%moment, time_unit, &
-                                            self%gamma(:, 0:k, n), one)
+               if (k == 0) call self%changes%expand(effects, self%general(i), t, self%moment, time_unit)
+               call self%changes%get_torque(self%general(i), k, self%gamma(:, 0:k, n), one)
                moved = moved + one
                tau = tau + one
             end if
@@ -490,6 +490,8 @@ contains
             call potential%series_derivative(k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
                                              self%columns(2, n)), self%derivative(:, :, k, n), known)
             if (.not. known) unknown = potential%name
+            if (potential%varies) self%derivative(:, :, k, n) = self%derivative(:, :, k, n) + &
+                                  self%changes%derivative(self%general(i), k, self%gamma(:, 0:k, n))
          end associate
          call add_slot(self, k, n, by_turn)
       end do

@@ -53,9 +53,9 @@ module nutate_effect_base
       !> Returns true if a body axis is exactly an axis of symmetry of the effect; default `.false.`.
       procedure :: has_axis => no_axis
       !> Returns the parameters by which the effect can be differentiated; none unless overridden. A *change* of the
-      !> parameters is a vector of all their numbers in this order. Three names have a special meaning: `inertia`, nine
+      !> parameters is a vector of all their numbers in this order. Four names have a special meaning: `inertia`, nine
       !> numbers, is J of the body with its wheels locked; `mass_moment`, three numbers, is the mass of the body times
-      !> its centre of mass; `orbit` is the elements of the orbit that the effect follows.
+      !> its centre of mass at t = 0; `mass` is that mass; `orbit` is the elements of the orbit that the effect follows.
       procedure :: parameters => no_parameters
       !> Returns true if the effect follows an orbit of this path; default `.false.`.
       procedure :: follows => no_orbit

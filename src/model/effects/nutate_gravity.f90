@@ -1,7 +1,7 @@
 !> Uniform gravity on a body whose centre of mass is not at the reference point: V = -m g·(R c).
 module nutate_gravity
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t
+   use nutate_effect, only: effect_t, parameter_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
@@ -20,6 +20,9 @@ module nutate_gravity
 
    !> U(γ) = -m c·γ with γ = Rᵀg.
    type, extends(linear_potential_t) :: gravity_t
+   contains
+      procedure :: parameters => gravity_parameters
+      procedure :: factor_change => mass_change
    end type gravity_t
 
    !> Makes gravity on a body.
@@ -54,5 +57,22 @@ contains
       end if
       allocate (effect, source=gravity_t(body, group%vector('acceleration', standard_gravity)))
    end subroutine build_gravity
+
+   !> Returns the parameters m c, g and, if the centre of mass moves, m, which multiplies its displacement.
+   pure function gravity_parameters(self) result(list)
+      class(gravity_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('mass_moment', 3), parameter_t('acceleration', 3)]
+      if (self%varies) list = [list, parameter_t('mass')]
+   end function gravity_parameters
+
+   !> Returns the change of the mass.
+   pure function mass_change(self, change) result(factors)
+      class(gravity_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      real(wp) :: factors(2)
+      factors = 0.0_wp
+      if (size(change) > 6) factors(2) = change(7)
+   end function mass_change
 
 end module nutate_gravity

@@ -58,6 +58,7 @@ module nutate_gravity_gradient
       procedure :: direction_change => quadratic_direction_change
       procedure :: gradient_change => quadratic_gradient_change
       procedure :: energy_change => quadratic_energy_change
+      procedure :: factor_change => quadratic_factor_change
       procedure :: follows => gradient_follows
       procedure :: thin_table => thin_path
    end type gravity_gradient_t
@@ -372,6 +373,14 @@ contains
       quadratic_energy_change = 0.5_wp*dot_product(gamma, self%gradient_change(change, gamma, gamma)) + 1.5_wp* &
          (strength_change(self, change)*self%middle + self%strength*middle_change(self, reshape(change(5:13), [3, 3])))
    end function quadratic_energy_change
+
+   !> Returns the change of 3μ/r³.
+   pure function quadratic_factor_change(self, change) result(factors)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      real(wp) :: factors(2)
+      factors = [3*strength_change(self, change), 0.0_wp]
+   end function quadratic_factor_change
 
    !> Leaves out every second line of the table of the orbit.
    subroutine thin_path(self)

@@ -147,14 +147,8 @@ contains
    pure function linear_parameters(self) result(list)
       class(linear_potential_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
-      select case (self%name)
-      case ('gravity')
-         list = [parameter_t('mass_moment', 3), parameter_t('acceleration', 3)]
-      case ('force')
-         list = [parameter_t('body_point', 3), parameter_t('force', 3)]
-      case default
-         list = [parameter_t('moment', 3), parameter_t('field', 3)]
-      end select
+      list = [parameter_t('moment', 3), parameter_t('field', 3)]
+      if (self%name == 'force') list = [parameter_t('body_point', 3), parameter_t('force', 3)]
    end function linear_parameters
 
    pure function linear_direction_change(self, change, t) result(n)

@@ -61,6 +61,8 @@ module nutate_potential
       procedure :: direction_change => no_direction_change
       procedure :: gradient_change => no_gradient_change
       procedure :: energy_change => no_energy_change
+      !> Returns the change by a change of `parameters` of `by_inertia` and `by_center`; zero unless overridden.
+      procedure :: factor_change => no_factor_change
    end type potential_t
 
    abstract interface
@@ -307,5 +309,14 @@ contains
       real(wp), intent(in) :: gamma(3)
       no_energy_change = 0.0_wp
    end function no_energy_change
+
+   !> Returns the change of `by_inertia` and `by_center`; shape (2).
+   pure function no_factor_change(self, change) result(factors)
+      class(potential_t), intent(in) :: self
+      !> Change of `parameters`.
+      real(wp), intent(in) :: change(:)
+      real(wp) :: factors(2)
+      factors = 0.0_wp
+   end function no_factor_change
 
 end module nutate_potential

@@ -42,6 +42,7 @@ contains
       case ('body')
          associate (body => whole_body(scene%system%body))
             variation%inertia = variation%inertia + weight*body%inertia
+            variation%mass = variation%mass + weight*body%mass
             variation%mass_moment = variation%mass_moment + weight*body%mass*body%center_of_mass
          end associate
       case ('rotor')

@@ -12,7 +12,7 @@ module nutate_reshaped_potential
 contains
 
    !> Computes coefficient j of the power series of E and -e of a potential: the j-th derivative times unitʲ/j!.
-   pure subroutine potential_term(effects, i, j, t, moment, unit, stiffness, slope)
+   pure subroutine potential_term(effects, i, j, t, moment, unit, stiffness, slope, factors)
       use nutate_center_change, only: center_change_t
       type(effect_list_t), intent(in) :: effects
       !> Index of the potential; coefficient.
@@ -21,20 +21,22 @@ contains
       real(wp), intent(in) :: t, moment, unit
       !> E, shape (3,3), and -e, shape (3), body axes, J over powers of the unit of γ.
       real(wp), intent(out) :: stiffness(3, 3), slope(3)
+      !> Factors of ΔJ and Δc; default: `by_inertia` and `by_center`.
+      real(wp), intent(in), optional :: factors(2)
+      real(wp) :: by(2)
       integer :: k
       stiffness = 0.0_wp
       slope = 0.0_wp
-      associate (item => effects%potentials(i)%item)
-         if (effects%varies .and. abs(item%by_inertia) > 0.0_wp) &
-            stiffness = item%by_inertia*effects%inertia_term(j, t, moment, unit)
-         if (.not. (effects%moves_center .and. abs(item%by_center) > 0.0_wp)) return
-         do k = 1, effects%n_torques
-            select type (path => effects%torques(k)%item)
-            type is (center_change_t)
-               slope = slope - item%by_center*path%displacement_term(j, t, moment, unit)
-            end select
-         end do
-      end associate
+      by = [effects%potentials(i)%item%by_inertia, effects%potentials(i)%item%by_center]
+      if (present(factors)) by = factors
+      if (effects%varies .and. abs(by(1)) > 0.0_wp) stiffness = by(1)*effects%inertia_term(j, t, moment, unit)
+      if (.not. (effects%moves_center .and. abs(by(2)) > 0.0_wp)) return
+      do k = 1, effects%n_torques
+         select type (path => effects%torques(k)%item)
+         type is (center_change_t)
+            slope = slope - by(2)*path%displacement_term(j, t, moment, unit)
+         end select
+      end do
    end subroutine potential_term
 
    !> Returns ½γᵀEγ - e·γ of a potential that varies, J.
