@@ -199,7 +199,7 @@ class VaryingInertia(CommandLineTest):
 
     def test_derivatives_of_a_body_with_both_tables_are_those_of_differences(self):
         self.write("center.csv", "t (s),x (m),y (m),z (m)\n0,0,0,0.1\n2,0.1,0,0.3\n6,0,0.1,0.2\n")
-        for key in ("body.mass", "orbit.mu", "orbit.inclination"):
+        for key in ("body.inertia_scale", "body.mass", "orbit.mu", "orbit.inclination"):
             self.write("both.nml", "&body inertia_table = 'table.csv', inertia_scale = 1.1, mass = 3, center_of_mass_table = 'center.csv' /\n"
                        "&gravity acceleration = 0, 0, -2 /\n&orbit semi_major_axis = 7, eccentricity = 0.2, inclination = 0.4, mu = 100 /\n&gravity_gradient /\n"
                        f"&initial angular_velocity = 0.4, 0.3, 1.5 /\n&free key = '{key}' /\n"

@@ -78,6 +78,9 @@ contains
             call gain_changes(given, scene%nominal%inertia, key, change, of_attitude, of_rate)
             call variation%add_of_group(effects, group, 'attitude_gain_matrix', of_attitude, status)
             if (status%ok()) call variation%add_of_group(effects, group, 'rate_gain_matrix', of_rate, status)
+         else if (key == 'inertia_scale') then
+            ! The group of the body has other tables, too.
+            call variation%add(effects, 'inertia_table', 1, key, change, status)
          else
             call find_parameter(given, key, change, parameter, of_parameter)
             call variation%add_of_group(effects, group, trim(parameter), of_parameter, status)
