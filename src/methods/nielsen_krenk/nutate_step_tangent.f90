@@ -534,19 +534,18 @@ contains
       type(tangent_t), intent(inout) :: tangent
       !> Index of the parametric sensitivity.
       integer, intent(in) :: m
-      real(wp) :: mean(3), rhs(3), torque(3), working(3), shift(3), inertia(3, 3)
+      real(wp) :: mean(3), rhs(3), torque(3), working(3), shift(3)
       integer :: k
       k = tangent%parametric(m)
       associate (variation => tangent%variations(k), b => self%b, rate => self%forces%rate)
-         inertia = tangent%inertia_of(system%effects, m, self%middle)
-         mean = rate*times_vector(inertia, b) + variation%rotor
+         mean = rate*times_vector(tangent%inertia_of(system%effects, m, self%middle), b) + variation%rotor
          if (present(wheels)) call add_wheel_parameters(self, system%effects%wheels, wheels, variation, mean, &
                                                      tangent%inner(k, :), tangent%work(k))
          rhs = 0.0_wp
          if (forces%active) then
             call self%forces%own_change(system%effects, forces, variation, torque, working)
-            if (forces%reshapes) &
-               torque = torque + self%forces%reshaped_change(system%effects, forces, variation, inertia)
+            if (forces%reshapes) torque = torque + self%forces%reshaped_change( &
+                                 system%effects, forces, variation, tangent%inertia_of(system%effects, m, self%middle))
             rhs = (0.5_wp*self%dt)*(torque/self%forces%shrink - (2*dot_product(b, torque))*self%forces%r)
             tangent%work(k) = tangent%work(k) + 4*dot_product(self%forces%r, working)
          end if
