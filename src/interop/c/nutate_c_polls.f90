@@ -22,8 +22,9 @@ module nutate_c_polls
       !> Polls until the clock is read again, and between two readings.
       integer, private :: left = 0, stride = 1
    contains
-      !> Calls the callback, unless the last call was too recent.
-      procedure :: ask
+      !> Call the callback, unless the last call was too recent.
+      procedure, non_overridable :: ask
+      procedure, non_overridable :: wants_end
    end type poll_t
 
    !> Calls the poll callback in trial runs, which write no output.
@@ -60,8 +61,15 @@ contains
       class(poll_t), intent(inout) :: self
       !> Status, success on entry.
       type(status_t), intent(inout) :: status
+      if (self%wants_end()) status = fail(NUTATE_STOPPED, 'the run was asked to stop')
+   end subroutine ask
+
+   !> Returns true if the callback was called and does not return 0.
+   logical function wants_end(self)
+      class(poll_t), intent(inout) :: self
       procedure(asked_function), pointer :: function
       integer(long) :: now, rate
+      wants_end = .false.
       if (.not. c_associated(self%function)) return
       self%left = self%left - 1
       if (self%left > 0) return
@@ -74,8 +82,8 @@ contains
       if (self%asked > 0 .and. now - self%asked < int(patience*real(rate, wp), long)) return
       self%asked = now
       call c_f_procpointer(self%function, function)
-      if (function(self%user) /= 0) status = fail(NUTATE_STOPPED, 'the run was asked to stop')
-   end subroutine ask
+      wants_end = function(self%user) /= 0
+   end function wants_end
 
    !> Finds the steps of a run that has begun, with its `find_steps`, and calls the poll callback in trial runs. Errors:
    !> those of trial runs and of callbacks, and `NUTATE_STOPPED`.

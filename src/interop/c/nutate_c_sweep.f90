@@ -215,14 +215,12 @@ contains
 
    logical function ask_program(self) result(wants_end)
       class(polling_sweep_t), intent(in) :: self
-      type(status_t) :: status
       integer :: thread
       thread = thread_of(self)
       !$omp atomic read
       wants_end = self%answer%ended
       if (wants_end .or. thread > 1) return
-      call self%answer%poll%ask(status)
-      wants_end = .not. status%ok()
+      wants_end = self%answer%poll%wants_end()
       if (.not. wants_end) return
       !$omp atomic write
       self%answer%ended = .true.
@@ -248,7 +246,9 @@ contains
    subroutine check_callbacks(self, status)
       class(polling_sweep_t), intent(in) :: self
       type(status_t), intent(out) :: status
-      status = status_of_failure(self%answer%failures(:, thread_of(self)))
+      integer :: thread
+      thread = thread_of(self)
+      if (self%answer%failures(1, thread) /= NUTATE_OK) status = status_of_failure(self%answer%failures(:, thread))
    end subroutine check_callbacks
 
    subroutine forget(self)
