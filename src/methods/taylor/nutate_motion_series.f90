@@ -18,7 +18,7 @@ module nutate_motion_series
    implicit none
    private
 
-   public :: motion_series_t, ROWS, AXIAL_TOP
+   public :: motion_series_t, ROWS, FREE_BODY, AXIAL_TOP
 
    !> The equations used: L and three rows; a free body; a free body, and a top, in the axial frame.
    integer, parameter :: ROWS = 1, FREE_BODY = 2, AXIAL_FREE = 3, AXIAL_TOP = 4

@@ -10,7 +10,7 @@ module nutate_taylor_stepper
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_inner
-   use nutate_motion_series, only: AXIAL_TOP, motion_series_t, ROWS
+   use nutate_motion_series, only: AXIAL_TOP, FREE_BODY, motion_series_t, ROWS
    use nutate_noise, only: noise_t
    use nutate_power_series, only: fixed_step_order, highest_order, least_order
    use nutate_quaternion, only: quat_exp, quat_product
@@ -32,6 +32,8 @@ module nutate_taylor_stepper
    !> Order for a tolerance, per binary digit (one per decimal digit) and beside: up to there the cost of a step grows
    !> more slowly than its length. `make bench BENCH=bench_series` shows the time of a run by order.
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 11.0_wp
+   !> The same for free bodies, whose coefficients cost a fifth of a step.
+   real(wp), parameter :: free_order_per_digit = 0.6_wp, free_extra_order = 7.0_wp
    !> Order for a tolerance, per binary digit and beside, for tops in the axial frame, 20 to 26: coefficients there cost
    !> less than all else in a step.
    real(wp), parameter :: axial_order_per_digit = 0.15_wp, axial_extra_order = 18.0_wp
@@ -270,11 +272,14 @@ contains
       order = self%order
       if (order > 0) return
       digits = real(exponent(max(goal%tolerance, goal%rate*time_unit, eps)), wp)
-      if (self%series%best == AXIAL_TOP) then
+      select case (self%series%best)
+      case (FREE_BODY)
+         order = nint(free_extra_order - free_order_per_digit*digits)
+      case (AXIAL_TOP)
          order = nint(axial_extra_order - axial_order_per_digit*digits)
-      else
+      case default
          order = nint(extra_order - order_per_digit*digits)
-      end if
+      end select
       order = min(max(order, least_order), highest_order)
    end function order_for
 
