@@ -5,11 +5,13 @@ module nutate_cli
    use nutate_kinds, only: long, wp
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
+   use nutate_scene_error, only: PLACE_OF_SET, PLACE_OF_UNSET
    use nutate_spelling, only: comma_list, is_listed, nearest_name, split_list
    implicit none
    private
 
-   public :: did_you_mean, argument_t, command_t, option_t, verb_t, options, verbs, get_arguments, parse_arguments
+   public :: did_you_mean, naming_options, argument_t, command_t, option_t, verb_t, options, verbs, get_arguments, &
+             parse_arguments
 
    !> One word of the command line.
    type :: argument_t
@@ -165,6 +167,15 @@ module nutate_cli
    end type command_t
 
 contains
+
+   !> Returns a message about an override with the option of the command line; returns other messages unchanged.
+   pure function naming_options(message) result(text)
+      character(len=*), intent(in) :: message
+      character(len=:), allocatable :: text
+      text = message
+      if (index(message, PLACE_OF_SET) == 1) text = '--set: '//message(len(PLACE_OF_SET) + 1:)
+      if (index(message, PLACE_OF_UNSET) == 1) text = '--unset: '//message(len(PLACE_OF_UNSET) + 1:)
+   end function naming_options
 
    !> Returns `did you mean FILE.nml?` if a file does not exist but the one with the ending does; else empty.
    function did_you_mean(path, ending) result(text)

@@ -2,7 +2,7 @@
 module nutate_export_command
    use nutate_aem_writing, only: aem_fault, write_aem
    use nutate_attitude_rows, only: attitude_rows_t, is_unit, put_in_order, to_inertial_axes
-   use nutate_cli, only: command_t
+   use nutate_cli, only: command_t, naming_options
    use nutate_console, only: count_text, report_file, say_error, EXIT_INPUT, EXIT_SUCCESS
    use nutate_export_facts, only: export_facts_t, facts_of_scene, parse_facts
    use nutate_gltf_writing, only: gltf_fault, write_gltf
@@ -13,7 +13,6 @@ module nutate_export_command
    use nutate_quaternion, only: quat_normalized
    use nutate_resampling, only: resample
    use nutate_scene, only: scene_t, read_scene
-   use nutate_scene_loading, only: naming_options
    use nutate_status, only: status_t
    implicit none
    private

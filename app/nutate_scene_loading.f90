@@ -1,6 +1,6 @@
 !> Reading of a scene for a command, with the sensitivities that its history shows.
 module nutate_scene_loading
-   use nutate_cli, only: command_t, did_you_mean
+   use nutate_cli, only: command_t, did_you_mean, naming_options
    use nutate_console, only: page_t, say_error, vector_text, EXIT_INPUT, EXIT_SUCCESS
    use nutate_decimal, only: rounded_text
    use nutate_free_variations, only: free_variations, shows_derivatives, shows_propagated
@@ -8,14 +8,14 @@ module nutate_scene_loading
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
    use nutate_scene, only: read_scene, scene_t
-   use nutate_scene_error, only: error_line, scene_error_t, PLACE_OF_SET, PLACE_OF_UNSET
+   use nutate_scene_error, only: error_line, scene_error_t
    use nutate_scene_output, only: format_fault
    use nutate_status, only: status_t, NUTATE_IO
    use nutate_variation, only: variation_t
    implicit none
    private
 
-   public :: add_space_axes, load_scene, naming_options, read_scene_of, add_free_numbers, propagated_fault, &
+   public :: add_space_axes, load_scene, read_scene_of, add_free_numbers, propagated_fault, &
              propagate_free_parameters
 
 contains
@@ -54,15 +54,6 @@ contains
          message = message(:len(message) - 1)//'; '//did_you_mean(command%scene, '.nml')//')'
       message = naming_options(message)
    end subroutine read_scene_of
-
-   !> Returns a message about an override with the option of the command line; returns other messages unchanged.
-   pure function naming_options(message) result(text)
-      character(len=*), intent(in) :: message
-      character(len=:), allocatable :: text
-      text = message
-      if (index(message, PLACE_OF_SET) == 1) text = '--set: '//message(len(PLACE_OF_SET) + 1:)
-      if (index(message, PLACE_OF_UNSET) == 1) text = '--unset: '//message(len(PLACE_OF_UNSET) + 1:)
-   end function naming_options
 
    !> Reads the scene; reports an error in one line.
    subroutine load_scene(command, scene, exit_code)

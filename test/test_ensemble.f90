@@ -37,6 +37,7 @@ contains
                   new_unittest("a member is the scene with its numbers in it, to the bit", members_by_hand), &
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
+                  new_unittest("a member with the stepper of another is as if it came first", starts_are_alone), &
                   new_unittest("a last trial run treated as the run leaves no trace", trial_runs_are_runs), &
                   new_unittest("a frame that only some members turn is theirs alone", rotated_frames), &
                   new_unittest("effects that a program adds act on every member", added_effects), &
@@ -343,6 +344,36 @@ contains
       end do
    end subroutine trial_runs_are_runs
 
+   !> Members that differ in their starts, or in their bodies, too, by several methods; some need more steps than they
+   !> are allowed, or have a torque switched.
+   subroutine starts_are_alone(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: push = "&torque name = 'push', body = 1, 2, 3, start = 0.5, stop = 2 / ", &
+         weight = "&gravity acceleration = 0, 0, -9.8 / ", bodies = &
+         "&vary key = 'body.inertia.1', distribution = 'uniform', low = 4, high = 6 / ", &
+         worlds(12) = [character(len=160) :: &
+         "'taylor' /", "'taylor' / "//weight, "'taylor' / "//push//weight//"&damping coefficient = 0.1, 0.2, 0.3 /", &
+         "'taylor' / &wheel axis = 0, 0, 1, inertia = 0.2, torque = 0.1 / &rotating_frame rate = 0, 0.1, 0.2 /", &
+         "'taylor' / &event when = 'omega3', crosses = 6.0, switch = 'push toggle' / "//push, "'taylor' /", &
+         "'exact' /", &
+         "'taylor' / &orbit altitude = 5e5 / &gravity_gradient /", &
+         "'auto' / "//weight, "'dop853', conserve = .true. / "//weight, "'taylor' / "//weight//bodies, &
+         "'nielsen_krenk' / "//weight//bodies]
+      class(scene_t), allocatable :: scene
+      integer(long), allocatable :: fields(:, :)
+      integer :: i
+      do i = 1, size(worlds)
+         allocate (scene)
+         call make_world("local_tolerance = 1e-9, method = "//trim(worlds(i)), "'quaternion', 'energy'", .false., &
+                         scene, error)
+         if (allocated(error)) return
+         if (i == 6) scene%plan%max_steps = 5
+         call compare_rows(scene, fields, error)
+         call check(error, any(fields(2, :) == 0) .and. (any(fields(2, :) /= 0) .eqv. i == 6), 'statuses: '//worlds(i))
+         deallocate (scene)
+      end do
+   end subroutine starts_are_alone
+
    !> Members of a body.
    subroutine run_world(world, columns, is_short, fields, error)
       !> The rest of &integrator, and effects.
@@ -354,19 +385,30 @@ contains
       class(scene_t), allocatable :: scene
       type(row_layout_t) :: layout
       type(status_t) :: status
-      character(len=:), allocatable :: message
       allocate (scene)
+      call make_world(world, columns, is_short, scene, error)
+      if (allocated(error)) return
+      call make_layout(scene, layout, status)
+      call run_members(scene, layout, 1_long, 8_long, fields, status)
+   end subroutine run_world
+
+   !> Makes a scene with members of a body.
+   subroutine make_world(world, columns, is_short, scene, error)
+      !> As of `run_world`.
+      character(len=*), intent(in) :: world, columns
+      logical, intent(in) :: is_short
+      type(scene_t), intent(inout) :: scene
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      character(len=:), allocatable :: message
       call parse_scene("&body inertia = 5, 20, 17, mass = 12, center_of_mass = 0, 0, 0.3 / "//line_feed// &
                        "&initial angular_velocity = 0.1, 1, 6 / &integrator end_time = 3, "//world//line_feed// &
                        "&output columns = "//columns//" / &ensemble members = 8 / "//line_feed//"&vary key = "// &
                        "'initial.angular_velocity', distribution = 'normal', sigma = 0.5, 0.5, 2 /", &
                        'world.nml', scene, status, message)
       call check(error, status%ok(), message)
-      if (allocated(error)) return
       if (is_short) scene%plan%max_steps = 20
-      call make_layout(scene, layout, status)
-      call run_members(scene, layout, 1_long, 8_long, fields, status)
-   end subroutine run_world
+   end subroutine make_world
 
    !> Members of scenes with effects of the program have the rows of scenes that name them, whatever is built again.
    subroutine added_effects(error)

@@ -47,7 +47,8 @@ submodule(suites_of_effects) test_reshaped_bodies
    !> of mass; strength and direction of gravity; the stop of a rate of the inertia.
    integer, parameter :: n_parts = 9
    real(wp), parameter :: unmoved(n_parts) = 0.0_wp
-   !> Changes of a rate of the inertia, kg m²/s, of the centre of mass, m, and of a direction, per unit of its parameter.
+   !> Changes of a rate of the inertia, kg m²/s, of the centre of mass, m, and of a direction, per unit of its
+   !> parameter.
    real(wp), parameter :: tensor_change(6) = [0.2_wp, 1.0_wp, -0.3_wp, 0.5_wp, 0.1_wp, -0.4_wp], &
       center_change(3) = [0.3_wp, -0.5_wp, 0.2_wp], direction_change(3) = [0.4_wp, 1.0_wp, -0.7_wp]
    !> Mass, kg.
@@ -403,8 +404,8 @@ contains
       end do
    end subroutine rising_center
 
-   !> Sensitivities of unprojected steps, by five-point differences of the same steps: by the initial state, the body, its
-   !> changes and gravity.
+   !> Sensitivities of unprojected steps, by five-point differences of the same steps: by the initial state, the body,
+   !> its changes and gravity.
    subroutine sensitivities(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem, moved
@@ -617,6 +618,7 @@ contains
                call variations(9)%add(effects, 'inertia_rate', 1, 'stop', [1.0_wp], status(5))
             case ('inertia_table')
                call variations(4)%add(effects, 'inertia_table', 1, 'inertia_scale', [1.0_wp], status(1))
+            case default
             end select
          end do
          variations(5)%name = 'mass'
@@ -631,7 +633,8 @@ contains
             call variations(8)%add(effects, 'orbit', 1, 'inclination', [1.0_wp], status(3))
             call variations(8)%add(effects, 'orbit', 1, 'semi_major_axis', [axis], status(4))
          else if (gravity == 'gravity') then
-            call variations(7)%add(effects, trim(gravity), 1, 'acceleration', effects%potentials(1)%item%direction, status(2))
+            call variations(7)%add(effects, trim(gravity), 1, 'acceleration', effects%potentials(1)%item%direction, &
+                                   status(2))
             call variations(8)%add(effects, trim(gravity), 1, 'acceleration', direction_change, status(3))
          else
             call variations(7)%add(effects, trim(gravity), 1, 'strength', [1.0_wp], status(2))

@@ -59,7 +59,8 @@ contains
       if (system%effects%reshapes) then
          variation%mass_moment = 0.0_wp
          variation%mass = 0.0_wp
-         call variation%follow_body(system%effects, tangent%inertia(:, :, m) - change_at_start(system%effects, variation))
+         call variation%follow_body(system%effects, &
+                                    tangent%inertia(:, :, m) - change_at_start(system%effects, variation))
       end if
       associate (effects => moved%effects)
          if (any(abs(tangent%inertia(:, :, m)) > 0.0_wp)) &

@@ -150,8 +150,8 @@ module nutate_tangent
       end function relative
 
       !> Returns dH·X with the change of H by the parameters at fixed q, L and h, J; of H - ω·l if the space axes
-      !> rotate. Potentials conserve this row, torques change it by `work`; shape (n). Nothing uses it for potentials that
-      !> depend on time: the changes of orbital gradients with |n|, and with what changes the body, are left out.
+      !> rotate. Potentials conserve this row, torques change it by `work`; shape (n). Nothing uses it for potentials
+      !> that depend on time: the changes of orbital gradients with |n|, and with what changes the body, are left out.
       pure module function energy_row(self, system, state) result(change)
          class(tangent_t), intent(in) :: self
          type(system_t), intent(in) :: system

@@ -46,9 +46,9 @@ module nutate_variation
       character(len=64) :: name = ''
       !> Initial state: rotation vector of the attitude, body axes, q → q∘exp(½θ); Ω0, body axes, 1/s; shape (3).
       real(wp) :: attitude(3) = 0.0_wp, angular_velocity(3) = 0.0_wp
-      !> Body: J with its wheels locked, symmetric, kg m², shape (3,3); mass times centre of mass, kg m, shape (3); mass,
-      !> kg, which multiplies motions of the centre of mass. All are those of t = 0. Effects that depend on them change
-      !> too.
+      !> Body: J with its wheels locked, symmetric, kg m², shape (3,3); mass times centre of mass, kg m, shape (3);
+      !> mass, kg, which multiplies motions of the centre of mass. All are those of t = 0. Effects that depend on them
+      !> change too.
       real(wp) :: inertia(3, 3) = 0.0_wp, mass_moment(3) = 0.0_wp, mass = 0.0_wp
       !> Momentum of the rotors, body axes, N m s, and the rate of the space axes, in these, rad/s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp, frame(3) = 0.0_wp

@@ -349,8 +349,8 @@ contains
       end associate
    end function potential_change
 
-   !> Returns the change of τ̄ by what a sensitivity changes of potentials that vary with the body, γ̄×(δEγ - δe) with the
-   !> mean γ of the ends, N m; shape (3).
+   !> Returns the change of τ̄ by what a sensitivity changes of potentials that vary with the body, γ̄×(δEγ - δe) with
+   !> the mean γ of the ends, N m; shape (3).
    pure function reshaped_change(self, effects, forces, variation, inertia) result(torque)
       class(forces_tangent_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects

@@ -24,6 +24,8 @@ module nutate_member_run
       type(member_t) :: member
       type(row_layout_t) :: layout
       type(member_watcher_t) :: watcher
+      !> Run of the last member, whose stepper serves the next one.
+      type(run_t), private :: run
    contains
       !> Prepares for a scene with an ensemble.
       procedure :: prepare
@@ -69,7 +71,6 @@ contains
       type(history_t), intent(in), target, optional :: history
       type(event_history_t), intent(in), target, optional :: events
       type(status_t) :: outcome, failure
-      type(run_t) :: run
       integer(long) :: blank(size(fields))
       real(wp) :: absent
 
@@ -85,7 +86,7 @@ contains
       blank = fields
       if (outcome%ok()) then
          if (associated(self%watcher%sweep)) call self%watcher%sweep%prepare(self%member%scene%system%effects)
-         call go(self, run, fields, outcome)
+         call go(self, self%run, fields, outcome)
          if (associated(self%watcher%sweep)) call self%watcher%sweep%check(failure)
          if (.not. failure%ok()) then
             outcome = failure
