@@ -115,8 +115,7 @@ contains
       end do
    end subroutine all_keys
 
-   !> A text that fills its component may have lost its end: a name without its last letters is a key that nobody can
-   !> set.
+   !> A text as long as its component may be cut off, and a key whose name is cut off cannot be set.
    subroutine whole_texts(error)
       type(error_type), allocatable, intent(out) :: error
       type(group_kind_t), allocatable :: kinds(:)
