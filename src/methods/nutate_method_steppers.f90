@@ -23,7 +23,7 @@ contains
    module procedure make_stepper
       type(integrator_settings_t) :: complete
       integer :: row, parts
-      logical :: rotates, moves_along
+      logical :: in_rotating_axes, in_lvlh_axes
       complete = with_defaults(settings)
       row = row_of(complete)
       if (row == 0) then
@@ -32,13 +32,15 @@ contains
                        "' of this order and formulation, with or without conserve as asked for", 'method')
          return
       end if
-      call find_wrappers(system, complete, rotates, moves_along)
-      parts = sum([row, 64, 128, 256, 512], mask=[.true., complete%conserve, complete%attitude, rotates, moves_along])
+      call find_wrappers(system, complete, in_rotating_axes, in_lvlh_axes)
+      ! A binary digit for each part beside the row of the method.
+      parts = sum([row, 64, 128, 256, 512], &
+                  mask=[.true., complete%conserve, complete%attitude, in_rotating_axes, in_lvlh_axes])
       if (allocated(stepper)) then
          if (stepper%parts /= parts) deallocate (stepper)
       end if
       if (.not. allocated(stepper)) then
-         call put_together(complete, methods(row), rotates, moves_along, stepper, status)
+         call put_together(complete, methods(row), in_rotating_axes, in_lvlh_axes, stepper, status)
          if (.not. status%ok()) then
             if (allocated(stepper)) deallocate (stepper)
             return
@@ -50,27 +52,27 @@ contains
    end procedure make_stepper
 
    !> Finds which axes a stepper has to step in.
-   subroutine find_wrappers(system, settings, rotates, moves_along)
+   subroutine find_wrappers(system, settings, in_rotating_axes, in_lvlh_axes)
       type(system_t), intent(in) :: system
       !> With their defaults.
       type(integrator_settings_t), intent(in) :: settings
       !> Its equations hold in rotating axes only; it steps in the LVLH axes of a circular orbit.
-      logical, intent(out) :: rotates, moves_along
+      logical, intent(out) :: in_rotating_axes, in_lvlh_axes
       type(lvlh_view_t) :: view
-      rotates = all(settings%method /= ['taylor', 'exact ']) .and. settings%attitude .and. &
+      in_rotating_axes = all(settings%method /= ['taylor', 'exact ']) .and. settings%attitude .and. &
                 follows_rotating_axes(system%effects)
-      moves_along = settings%attitude .and. .not. settings%in_space_axes
-      if (.not. moves_along) return
+      in_lvlh_axes = settings%attitude .and. .not. settings%in_space_axes
+      if (.not. in_lvlh_axes) return
       call view%prepare(system)
-      moves_along = view%exists
+      in_lvlh_axes = view%exists
    end subroutine find_wrappers
 
    !> Puts a stepper together, still to be prepared. Errors: those of `compose`.
-   subroutine put_together(complete, method, rotates, moves_along, stepper, status)
+   subroutine put_together(complete, method, in_rotating_axes, in_lvlh_axes, stepper, status)
       !> Settings with their defaults, and the row of the table that they mean.
       type(integrator_settings_t), intent(in) :: complete
       type(method_t), intent(in) :: method
-      logical, intent(in) :: rotates, moves_along
+      logical, intent(in) :: in_rotating_axes, in_lvlh_axes
       class(stepper_t), allocatable, intent(out) :: stepper
       type(status_t), intent(inout) :: status
       type(projected_stepper_t), allocatable :: projected
@@ -94,7 +96,7 @@ contains
          end if
          if (complete%order > 2) call compose_stepper(complete%order, stepper, status)
       end select
-      if (rotates) then
+      if (in_rotating_axes) then
          allocate (rotated_stepper_t :: wrapper)
          call put_around(wrapper, stepper)
       end if
@@ -106,7 +108,7 @@ contains
       end if
       if (.not. status%ok()) return
       stepper%conserves = method%can_project .and. .not. complete%conserve
-      if (moves_along) then
+      if (in_lvlh_axes) then
          allocate (lvlh_stepper_t :: wrapper)
          call put_around(wrapper, stepper)
       end if
