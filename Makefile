@@ -2,7 +2,7 @@
 
 # Optimisation. No unsafe flags: the conservation laws hold to round-off only if the compiler keeps the arithmetic.
 # To tune for the machine at hand, with the same results: make FFLAGS='-O3 -march=native'
-# -O3 unless given; -O1 for `make test`.
+# -O3 unless given.
 FFLAGS ?=
 SCENE ?= scenes/box.nml
 PREFIX ?=

@@ -11,8 +11,8 @@ logs=$top/build/logs
 cmake_folder=$top/build/cmake-$(basename "${FPM_FC:-gfortran}")
 # How many processes at a time; NUTATE_JOBS says otherwise where something else runs beside them.
 jobs=${NUTATE_JOBS:-$(nproc)}
-# The flags of everything but the strict and the flang build, and those of `make test`: at -O1 the library compiles in two thirds of
-# the time, and gives the same bits. To tune for the machine at hand:
+# The flags of everything but the strict and the flang build, and those of the examples: at -O1 fpm compiles the library in two
+# thirds of the time, with the same bits. To tune for the machine at hand:
 #    make FFLAGS='-O3 -march=native'
 tested_flags=${FFLAGS:--O1}
 FFLAGS=${FFLAGS:--O3}

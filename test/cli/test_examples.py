@@ -16,8 +16,11 @@ def numbers(line):
 class Examples(unittest.TestCase):
     def output(self, name):
         """What an example prints, line by line."""
-        folder = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(os.environ["NUTATE"]))), "example")
-        if not os.path.isdir(folder):
+        # CMake puts the folder beside the program, fpm beside the folder of the program.
+        beside = os.path.dirname(os.path.realpath(os.environ["NUTATE"]))
+        folders = [os.path.join(place, "example") for place in (beside, os.path.dirname(beside))]
+        folder = next((folder for folder in folders if os.path.isdir(folder)), None)
+        if folder is None:
             self.skipTest("a build of the program alone")
         done = subprocess.run([os.path.join(folder, name)], capture_output=True, text=True, timeout=PATIENCE,
                               check=False)

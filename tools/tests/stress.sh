@@ -30,7 +30,7 @@ for group; do
 done
 python3 tools/docs/hard_cases.py "$parts/cases.txt" "$rows" docs/results/hard-cases.md || status=1
 # shellcheck disable=SC2086
-[ -z "$tests" ] || FFLAGS=$FFLAGS NUTATE_ONE_IN=1 bash tools/tests/test.sh $tests as stress || status=1
+[ -z "$tests" ] || NUTATE_ONE_IN=1 bash tools/tests/test.sh $tests as stress || status=1
 if [ -n "$tests" ]; then
    prefix=$(mktemp -d) || exit 1
    trap 'rm -rf "$prefix"' EXIT

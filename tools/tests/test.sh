@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Builds at -O1, or with $FFLAGS where it is set, and runs the unit tests and the command-line tests of test/cli/; the last
-# line is the total.
+# Builds the unit tests and runs them, and the command-line tests of test/cli/; the last line is the total. The library and the
+# program are those of `make build`; where $FFLAGS is set, they are those of fpm, which keeps a build for each set of flags.
 #    tools/tests/test.sh [unit|cli]... [with PROGRAM] [as NAME]      PROGRAM: one that is there, for the command-line tests;
 #                                                                   NAME tells the logs of one build from those of another
 set -u
+builder=cmake
+[ -z "${FFLAGS-}" ] || builder=fpm
 . "$(dirname "$0")/../environment.sh"
-FFLAGS=$tested_flags
 
 parts=() name=release nutate=
 while [ $# -gt 0 ]; do
@@ -64,8 +65,12 @@ queue() {
 # Each suite and each module in a process of its own, `jobs` at a time.
 run_parts() {
    local folder=$logs/tests-$name unit=none kind part log status python
-   [ -n "$nutate" ] || nutate=$(fpm_path run nutate)
-   [ ${#what[@]} -eq 0 ] || unit=$(fpm_path test unit)
+   if [ $builder = cmake ]; then
+      nutate=${nutate:-build/nutate} unit=${cmake_folder#"$top/"}/unit
+   else
+      [ -n "$nutate" ] || nutate=$(fpm_path run nutate)
+      [[ " ${parts[*]} " != *' unit '* ]] || unit=$(fpm_path test unit)
+   fi
    [ -n "$unit" ] && [ -n "$nutate" ] || { count "no program"; return; }
    say "Tests of $nutate, unit tests: $unit"
    rm -rf "$folder" && mkdir -p "$folder" || { count "no folder"; return; }
@@ -97,12 +102,17 @@ run_parts() {
    done < <(list_parts)
 }
 
-what=()
-[[ " ${parts[*]} " != *' unit '* ]] || what=(--tests)
 # What is there needs no building.
 build_tests() {
+   local what=()
    say "Building the tests with ${FPM_FC:-gfortran} $FFLAGS"
-   build "build-$name" ${what[@]+"${what[@]}"} && without_progress "$logs/build-$name.log" # warnings
+   if [ $builder = cmake ]; then
+      [[ " ${parts[*]} " != *' unit '* ]] || what=(unit examples)
+      bash tools/setup/build.sh nutate_program ${what[@]+"${what[@]}"}
+   else
+      [[ " ${parts[*]} " != *' unit '* ]] || what=(--tests)
+      build "build-$name" ${what[@]+"${what[@]}"} && without_progress "$logs/build-$name.log" # warnings
+   fi
 }
 if [ -n "$nutate" ] || build_tests; then
    run_parts
