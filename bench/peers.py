@@ -26,6 +26,8 @@ TOLERANCES = [10.0**(-k/4) for k in range(12, 65)]
 STEPS = {8: [math.ceil(30*10**(k/32)) for k in range(80)], 4: [math.ceil(200*10**(k/16)) for k in range(60)]}
 # A setting that takes more than this much of the cheapest one that reaches an error is not repeated. Longest run, s.
 WORTH_REPEATING, PATIENCE = 1.25, 0.1
+# Motions with a closed solution, which `exact` evaluates; their ratios are those of the other methods.
+CLOSED = ("torque-free",)
 # Part of an ensemble that must reach the accuracy: chaotic tops amplify round-off beyond it.
 REACHED = 0.95
 clock = time.thread_time_ns
@@ -65,7 +67,7 @@ def with_heyoka(system, start, tolerance):
 
 def with_nutate(text, **settings):
     """Returns a run of a stepper from its state."""
-    stepper = nutate.Stepper(nutate.System(text=text), conserve=True, **settings)
+    stepper = nutate.Stepper(nutate.System(text=text), **settings)
     stepper.set_columns("quaternion")
     q, omega = np.array(START[:4]), np.array(START[4:])
 
@@ -133,9 +135,11 @@ def measure(name, arguments):
     system = heyoka_system(rate, len(start))
     exact = exact_attitude(system, start)
     # Runs are made when they are due: heyoka compiles for each tolerance.
-    ways = {"taylor": (with_nutate(text, method="taylor", local_tolerance=tolerance) for tolerance in TOLERANCES),
-            "rk8": (with_nutate(text, method="rk8", time_step=END/n) for n in STEPS[8]),
+    ways = {"taylor": (with_nutate(text, method="taylor", local_tolerance=tolerance, conserve=True) for tolerance in TOLERANCES),
+            "rk8": (with_nutate(text, method="rk8", time_step=END/n, conserve=True) for n in STEPS[8]),
             "heyoka": (with_heyoka(system, start, tolerance) for tolerance in TOLERANCES)}
+    if name in CLOSED:
+        ways["exact"] = iter([with_nutate(text, method="exact", time_step=END)])
     if not arguments.own:
         loops = compiled(rate, extra, f"{FOLDER}/{name.replace(', ', '-')}")
         ways["C, RK8"] = (with_loop(loops.rk8, start, n) for n in STEPS[8])
