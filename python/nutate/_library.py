@@ -288,12 +288,23 @@ def encoded(text: Textual) -> bytes:
     return data
 
 
+def doubles(values: Any, name: str) -> Array:
+    """A contiguous array of doubles. Masked, complex and calendar values are rejected: NumPy would convert what is under the mask,
+    the real part, and a count of some unit of time."""
+    try:
+        array = np.asarray(values)
+        whole = np.asarray(array.real, dtype=np.float64, order="C")
+    except ValueError as error:
+        raise refusal(f"{name} is {values!r} (expected numbers)") from error
+    kind = "masked" if np.ma.is_masked(values) else {"c": "complex", "m": "calendar", "M": "calendar"}.get(array.dtype.kind)
+    if kind:
+        raise refusal(f"{name} has {kind} values (expected real numbers)")
+    return whole
+
+
 def vector(values: npt.ArrayLike, size: int, name: str) -> Array:
     """A contiguous array of so many doubles."""
-    try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except ValueError as error:
-        raise refusal(f"{name} is {values!r} (expected {size} numbers)") from error
+    array = doubles(values, name)
     if array.shape != (size,):
         raise refusal(f"{name} has shape {array.shape} (expected {size} numbers)")
     return array

@@ -15,16 +15,13 @@ from typing import Any, Iterator, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, check, library, pointer, quaternion, refusal, vector
+from ._library import Array, check, doubles, library, pointer, quaternion, refusal, vector
 from .systems import System
 
 
 def _rows(values: Any, shape: tuple[int, ...], name: str) -> Array:
     """Numbers of the shape, or an array of these along a leading axis."""
-    try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except ValueError as error:
-        raise refusal(f"{name} is {values!r} (expected numbers)") from error
+    array = doubles(values, name)
     if array.shape[-len(shape):] != shape or array.ndim > len(shape) + 1:
         wanted = " x ".join(str(n) for n in shape)
         raise refusal(f"{name} has shape {array.shape} (expected {wanted} numbers, or n times these)")
@@ -63,7 +60,7 @@ def _each_row(array: Array, n: int, advances: bool) -> Iterator[Any]:
 
 def _angles(values: npt.ArrayLike, degrees: bool) -> Array:
     """Angles in radians."""
-    array = np.asarray(values, dtype=np.float64)
+    array = doubles(values, "angle")
     return np.radians(array) if degrees else array
 
 
@@ -607,7 +604,7 @@ def exact_free_body(system: System, q0: Any, omega0: npt.ArrayLike, t: npt.Array
     >>> q[1].round(12).tolist()
     [0.0, 0.0, 0.0, 1.0]
     """
-    times = np.ascontiguousarray(np.atleast_1d(t), dtype=np.float64)
+    times = np.atleast_1d(doubles(t, "t"))
     if times.ndim != 1:
         raise refusal(f"t has shape {times.shape} (expected n times)")
     q, omega = np.empty((times.size, 4)), np.empty((times.size, 3))

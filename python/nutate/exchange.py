@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, answer, check, encoded, library, pointer, refusal, text_of)
+from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, answer, check, doubles, encoded, library, pointer, refusal, text_of)
 from .attitudes import matrix_from_quat
 from .scenes import LABELS, take_history
 from .shapes import shape_of
@@ -86,7 +86,7 @@ def tdb(epoch: str, time_system: str, t: npt.ArrayLike) -> Array:
     >>> nutate.tdb("2000-01-01T12:00:00", "TDB", [0, 60]).tolist()
     [0.0, 60.0]
     """
-    times = np.ascontiguousarray(t, dtype=np.float64)
+    times = np.atleast_1d(doubles(t, "t"))
     result = np.empty_like(times)
     try:
         check(library.nutate_tdb(encoded(epoch), encoded(time_system), times.size, pointer(times), pointer(result)))
@@ -176,7 +176,7 @@ class AttitudeRows(Columns):
         NutateValueError
             If a time is outside the records, or between records that are half a revolution or more apart.
         """
-        times = np.atleast_1d(np.asarray(t, dtype=np.float64)) + self._start_of(epoch, time_system)
+        times = np.atleast_1d(doubles(t, "t")) + self._start_of(epoch, time_system)
         if times.ndim != 1:
             raise refusal(f"t has shape {times.shape} (expected n times)")
         if len(self.t) < 2:
@@ -233,7 +233,7 @@ class AttitudeRows(Columns):
             If a time is outside the records.
         """
         frame, _ = self.at(t, epoch, time_system)
-        return times_conjugate(frame, np.asarray(q, dtype=np.float64))
+        return times_conjugate(frame, doubles(q, "q"))
 
     def _start_of(self, epoch: Optional[str], time_system: Optional[str]) -> float:
         """The time of a date after the first record, s."""

@@ -8,7 +8,7 @@ from typing import NamedTuple, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, encoded, pointer, refusal, vector
+from ._library import Array, doubles, encoded, pointer, refusal, vector
 from ._owners import Owner, Recipe
 
 
@@ -181,7 +181,7 @@ class WheelMounting(Recipe):
             raise refusal("start or stop without torque or table (expected one of them)")
         window, motor, lines = (float(start), float(stop)), None, None
         if table is not None:
-            times, torques = (np.array(column, dtype=np.float64) for column in table)
+            times, torques = (doubles(column, "table").copy() for column in table)
             if times.ndim != 1 or torques.shape != times.shape:
                 raise refusal(f"the table has times of shape {times.shape} and torques of shape {torques.shape} (expected (n,) twice)")
             lines = (times, torques, interpolation, outside, *window)

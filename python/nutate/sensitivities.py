@@ -8,7 +8,7 @@ from typing import Any, Callable, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, refusal
+from ._library import Array, doubles, refusal
 from ._owners import make_again
 from .scenes import Scene
 from .systems import System, group, tensor_entries
@@ -57,7 +57,7 @@ class Sensitivity:
         self._rows = rows
 
     def __call__(self, t: npt.ArrayLike) -> tuple[Array, Array]:
-        columns = self._rows(np.atleast_1d(np.asarray(t, dtype=np.float64)))
+        columns = self._rows(np.atleast_1d(doubles(t, "t")))
         rotation, omega = (np.stack([np.stack([columns[f"d_{part}{i}/d_{name}"] for name in self.names], axis=-1)
                                      for i in (1, 2, 3)], axis=-2) for part in ("rotation", "omega"))
         return (rotation[0], omega[0]) if np.ndim(t) == 0 else (rotation, omega)

@@ -11,7 +11,7 @@ from typing import Any, Callable, Iterator, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, encoded,
+from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, doubles, encoded,
                        quaternion, refusal, vector)
 from .events import Event as Happened
 from .events import History
@@ -133,7 +133,7 @@ class Motion:
         >>> motion.rows([0.5, 1.0])["kinetic"].round(9).tolist()
         [9.0, 9.0]
         """
-        wanted = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        wanted = np.atleast_1d(doubles(t, "t"))
         if wanted.ndim != 1:
             raise refusal(f"t has shape {wanted.shape} (expected n times)")
         if not np.all((wanted >= self.t_min) & (wanted <= self.t_max)):
@@ -433,7 +433,7 @@ def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLi
 
 def times_of(t_eval: npt.ArrayLike, span: tuple[float, float]) -> Array:
     """The times of the rows. They must be in the order of the run, and in it."""
-    times = np.atleast_1d(np.asarray(t_eval, dtype=np.float64))
+    times = np.atleast_1d(doubles(t_eval, "t_eval"))
     sense = 1.0 if span[1] >= span[0] else -1.0
     if (times.ndim != 1 or np.any(np.diff(sense * times) <= 0) or not np.all(np.isfinite(times))
             or np.any(sense * times < sense * span[0]) or np.any(sense * times > sense * span[1])):

@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Message, NutateError, asked, check, create, encoded, interruptible, library, name_of, pointer, quaternion, refusal,
+from ._library import (Array, MESSAGE_SIZE, Message, NutateError, asked, check, create, doubles, encoded, interruptible, library, name_of, pointer, quaternion, refusal,
                        text_of, vector)
 from ._owners import make_again
 from .attitudes import rotate_to_body
@@ -351,7 +351,7 @@ class Stepper(SatelliteState):
         >>> history["omega3"].round(4).tolist(), history.accuracy_reached
         ([10.0, -9.8356, -7.6486], True)
         """
-        wanted = None if times is None else np.ascontiguousarray(np.atleast_1d(times), dtype=np.float64)
+        wanted = None if times is None else np.atleast_1d(doubles(times, "times"))
         # Before the run: a call after it would raise the KeyboardInterrupt without the rows.
         names = self.column_names
         handle = ctypes.c_void_p()

@@ -14,7 +14,7 @@ from typing import Any, Callable, Iterator, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Text, answer, check, encoded, interruptible, library, pointer, refusal, text_of, ticking
+from ._library import Text, answer, check, doubles, encoded, interruptible, library, pointer, refusal, text_of, ticking
 from .scenes import Scene
 
 SceneOrPath = Union[Scene, str, bytes, "os.PathLike[str]"]
@@ -177,8 +177,9 @@ def columns_of(table: Any) -> tuple[list[str], npt.NDArray[np.float64]]:
     names = getattr(getattr(table, "dtype", None), "names", None) or (list(table.keys()) if hasattr(table, "keys") else None)
     if not names or not all(isinstance(name, str) for name in names):
         raise refusal("table has no named columns (expected a mapping, a DataFrame or a structured array)")
+    columns = [doubles(table[name], f"column {name}") for name in names]
     try:
-        numbers = np.stack([np.asarray(table[name], dtype=np.float64) for name in names], axis=-1)
+        numbers = np.stack(columns, axis=-1)
     except ValueError as error:
         raise refusal(f"the columns of the table differ in length: {error}") from error
     if numbers.ndim != 2:

@@ -7,7 +7,7 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, bounds_of, create, encoded, library, pointer, refusal, vector
+from ._library import Array, bounds_of, create, doubles, encoded, library, pointer, refusal, vector
 from ._owners import Recipe
 from .satellites import WheelMounting
 
@@ -15,22 +15,22 @@ from .satellites import WheelMounting
 def group(name: str, /, **values: Any) -> str:
     """A group of a scene file with the values that are not None."""
 
-    def text(value: Any) -> str:
+    def text(value: Any, key: str) -> str:
         if isinstance(value, str):
             return "'" + value.replace("'", "''") + "'"
         if isinstance(value, (bool, np.bool_)):
             return ".true." if value else ".false."
-        if isinstance(value, (int, np.integer)):
+        if isinstance(value, (int, np.integer)) and not isinstance(value, np.timedelta64):
             return str(int(value))
-        return ", ".join(text(item) for item in value) if np.ndim(value) else repr(float(value))
+        return ", ".join(text(item, key) for item in value) if np.ndim(value) else repr(float(doubles(value, key)))
 
-    given = [f"{key} = {text(value)}" for key, value in values.items() if value is not None]
+    given = [f"{key} = {text(value, key)}" for key, value in values.items() if value is not None]
     return f"&{name} " + ", ".join(given) + " /\n"
 
 
 def tensor_entries(tensor: npt.ArrayLike) -> Array:
     """Jxx, Jyy, Jzz, Jxy, Jxz, Jyz of those, or of a symmetric 3 x 3 matrix."""
-    matrix = np.asarray(tensor, dtype=np.float64)
+    matrix = doubles(tensor, "tensor")
     if matrix.shape != (3, 3):
         return vector(matrix, 6, "tensor")
     if not np.allclose(matrix, matrix.T, rtol=1e-12, atol=0):
@@ -172,7 +172,7 @@ class System(UserEffects, WheelMounting):
         elif scene is not None:
             handle = create(library.nutate_scene_system, scene._handle)
         elif shape is not None:
-            lengths = np.ascontiguousarray(np.atleast_1d(() if size is None else size), dtype=np.float64)
+            lengths = np.atleast_1d(doubles(() if size is None else size, "size"))
             handle = create(library.nutate_system_create_shape, encoded(shape), pointer(lengths), lengths.size, float(mass),
                             float(density), pointer(center))
         elif tensor is not None:
@@ -252,7 +252,7 @@ class System(UserEffects, WheelMounting):
         >>> body.space_axes([0.0, 1.0]).tolist()
         [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
         """
-        times = np.ascontiguousarray(np.atleast_1d(t), dtype=np.float64)
+        times = np.atleast_1d(doubles(t, "t"))
         q = np.empty((times.size, 4))
         self._call("nutate_system_space_axes", times.size, pointer(times), pointer(q))
         return q if np.ndim(t) else q[0]
@@ -311,7 +311,7 @@ class System(UserEffects, WheelMounting):
         >>> nutate.solve(body, omega0=(0, 0, 0), t_span=(0, 2)).omega[-1].round(9).tolist()
         [0.0, 0.0, 0.1]
         """
-        times, values = (np.ascontiguousarray(array, dtype=np.float64) for array in (t, torque))
+        times, values = np.atleast_1d(doubles(t, "t")), np.atleast_1d(doubles(torque, "torque"))
         if times.ndim != 1 or values.shape != (times.size, 3):
             raise refusal(f"the table has times of shape {times.shape} and torques of shape {values.shape} (expected (n,) and (n, 3))")
         given = {"interpolation": interpolation, "outside": outside, "axes": axes, "start": start, "stop": stop, "name": name}

@@ -501,6 +501,40 @@ class MisuseTest(unittest.TestCase):
         self.refuse(nutate.NutateError, ".", stepper.set_state, q=(1, 1, 0, 0), omega=(0, 0, 1))
         np.testing.assert_array_equal(stepper.quaternion, before)
 
+    def test_arrays_whose_numbers_are_other_quantities(self):
+        """Values under a mask, imaginary parts, dates and durations (which NumPy counts in its own unit)."""
+        box = nutate.System(moments=(5, 20, 17))
+        free = nutate.System(moments=(5, 20, 17))
+        motion = nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 1)).sol
+        masked, whole = np.ma.masked_array([0.1, 0.2, 0.3], mask=(0, 0, 1)), np.ma.masked_array([0.1, 0.2, 0.3])
+        wrong = {"masked": masked, "complex": np.array((0.1, 0.2j, 0.3)), "calendar": np.arange(1, 4).astype("m8[s]")}
+        table = np.ones((3, 3))
+        uses = {
+            "moments": lambda array: nutate.System(moments=array),
+            "tensor": lambda array: nutate.System(tensor=np.ma.diag(array) + 0 * np.eye(3) if array.dtype.kind == "f" else array),
+            "size": lambda array: nutate.System(shape="box", size=array, mass=1),
+            "coefficient": lambda array: box.add("damping", coefficient=array),
+            "torque": lambda array: box.add_table((0, 1, 2), np.ma.stack((array,) * 3)),
+            "t": lambda array: box.add_table(array, table),
+            "table": lambda array: box.add_wheel(axis=(0, 0, 1), inertia=1, table=(array, np.zeros(3))),
+            "omega0": lambda array: nutate.solve(box, omega0=array, t_span=(0, 1)),
+            "t_eval": lambda array: nutate.solve(box, omega0=(0, 0, 1), t_span=(0, 1), t_eval=array),
+            "times": lambda array: make_box().run_to(1, times=array),
+            "t of sol": lambda array: motion(array),
+            "t of the exact motion": lambda array: nutate.exact_free_body(box, (1, 0, 0, 0), (0, 0, 1), array),
+            "v": lambda array: nutate.quat_from_rotation_vector(array),
+            "angle": lambda array: nutate.quat_from_axis_angle((0, 0, 1), array),
+            "bodies": lambda array: nutate.Bodies(free).step(0.1, np.eye(4)[:1].copy(), np.ones((1, 3)), np.ma.stack((array,))),
+            "cases": lambda array: nutate.sweep(BOX, table={"integrator.end_time": array}),
+        }
+        for name, use in uses.items():
+            for kind, array in wrong.items():
+                with self.subTest(use=name, kind=kind):
+                    self.refuse(nutate.NutateValueError, kind + " values", use, array)
+        nutate.System(moments=whole)
+        with self.assertRaisesRegex(nutate.NutateValueError, "masked values"):
+            nutate.Bodies(free).step(0.1, np.eye(4)[:1].copy(), np.ma.masked_array(np.ones((1, 3)), mask=True), np.ones((1, 3)))
+
     def test_settings_that_do_not_fit_together(self):
         stepper = make_box()
         stepper.set(method="rk4", formulation="full")

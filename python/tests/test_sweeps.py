@@ -160,7 +160,7 @@ class TableTest(unittest.TestCase):
     def test_what_is_no_table_is_refused(self):
         scene = nutate.Scene(text=BODY)
         for table, says in (({}, "no named columns"), ([[1.0]], "no named columns"), ({1: [1.0]}, "no named columns"),
-                            ({"body.inertia.1": [[1.0]]}, "2 dimensions"), ({"body.inertia.1": "x"}, "columns"),
+                            ({"body.inertia.1": [[1.0]]}, "2 dimensions"), ({"body.inertia.1": "x"}, "column body.inertia.1 is 'x'"),
                             ({"body.inertia.1": [1, 2], "body.inertia.2": [1]}, "differ in length"), ({"body.inertia.1": []}, "no line"),
                             ({"body.inertia.1": [np.nan]}, "not finite"), ({"body.inertia": [1.0]}, "several numbers"),
                             ({"body.inertia.9": [1.0]}, "beyond the last"), ({"output.every": [1.0]}, "does not change"),
