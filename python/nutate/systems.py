@@ -33,7 +33,8 @@ def tensor_entries(tensor: npt.ArrayLike) -> Array:
     matrix = doubles(tensor, "tensor")
     if matrix.shape != (3, 3):
         return vector(matrix, 6, "tensor")
-    if not np.allclose(matrix, matrix.T, rtol=1e-12, atol=0):
+    # Products of inertia have the round-off of the moments.
+    if not np.allclose(matrix, matrix.T, rtol=0, atol=1e-12 * abs(matrix).max()):
         raise refusal("tensor is not symmetric (expected a symmetric 3 x 3 matrix)")
     return np.array([matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2]])
 

@@ -107,6 +107,17 @@ class AttitudeTest(unittest.TestCase):
         with self.assertRaisesRegex(nutate.NutateValueError, "not symmetric"):
             nutate.System(tensor=((5, 0.1, 0), (0, 20, 0), (0, 0, 17)))
 
+    def test_a_tensor_is_symmetric_to_its_round_off(self):
+        """Products of inertia that nearly cancel differ by the round-off of the moments."""
+        tensor = np.diag((5.0, 20.0, 17.0))
+        tensor[0, 1], tensor[1, 0] = 3e-16, -1e-15
+        self.assertEqual(nutate.System(tensor=tensor).inertia[0, 1], 3e-16)
+        for scale in (1e-9, 1.0, 1e9):
+            wrong = scale * tensor
+            wrong[0, 2] = scale * 1e-10
+            with self.assertRaisesRegex(nutate.NutateValueError, "not symmetric"):
+                nutate.System(tensor=wrong)
+
     def test_what_body_and_effects_say(self):
         system = nutate.System(moments=(5, 5, 1), mass=np.int64(2), center_of_mass=(0, 0, 1))
         self.assertEqual((system.mass, tuple(system.center_of_mass)), (2.0, (0.0, 0.0, 1.0)))
