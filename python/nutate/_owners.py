@@ -14,7 +14,7 @@ from typing import Any, Callable, Dict, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, BAD_HANDLE, HessianCallback, NutateValueError, PotentialCallback, QuantityCallback, TorqueCallback, check,
+from ._library import (Array, BAD_HANDLE, HessianCallback, NutateValueError, PotentialCallback, QuantityCallback, TorqueCallback, check, doubles,
                        interruptible, library, pointer, raise_interrupt, refusal, text_of, vector)
 
 # Memory of callbacks that is known by its address, at most.
@@ -214,7 +214,7 @@ class Callbacks:
         three, nine = Views(3), Views(9)
 
         def evaluate(gamma: int, _: Any, hessian: int) -> None:
-            put(nine[hessian], np.asarray(function(three[gamma].copy()), dtype=np.float64).reshape(-1), "the hessian")
+            put(nine[hessian], doubles(function(three[gamma].copy()), "the hessian").reshape(-1), "the hessian")
 
         return self._guard(HessianCallback, evaluate)
 
@@ -250,7 +250,7 @@ class Views(Dict[int, Array]):
 
 def put(array: Array, values: npt.ArrayLike, name: str) -> None:
     """Copies as many numbers as an array has, or raises NutateError."""
-    if type(values) is np.ndarray and values.shape == array.shape:
+    if type(values) is np.ndarray and values.shape == array.shape and values.dtype == array.dtype:
         array[:] = values
     else:
         array[:] = vector(values, array.size, name)

@@ -267,7 +267,7 @@ class CallbackTest(unittest.TestCase):
         self.assertAlmostEqual(stepper.time, before + 1, delta=1e-12)
 
     def test_results_that_are_no_torque_are_refused(self):
-        for result, error in ((None, (TypeError, ValueError)), ((1, 2), ValueError), (("a", 0, 0), ValueError),
+        for result, error in ((None, (TypeError, ValueError)), ((1, 2), ValueError), (("a", 0, 0), ValueError), (np.array((1j, 0, 0)), ValueError),
                               ((np.nan, 0, 0), nutate.NutateError), ((1e200, 0, 0), nutate.NutateError)):
             system = nutate.System(moments=(1, 2, 2.5))
             system.add_user_torque(lambda t, q, omega, result=result: result)
