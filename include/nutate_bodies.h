@@ -48,6 +48,7 @@ int nutate_bodies_create(const nutate_system *const *classes, size_t n_classes, 
 int nutate_bodies_destroy(nutate_bodies **bodies);
 
 /** Sets the number of threads that share the bodies of a call. The results are bitwise identical for any number.
+ * A process forked from one that has used threads has one.
  * @param[in,out] bodies   handle
  * @param[in]     threads  1 unless set; 0: as many as OpenMP gives (OMP_NUM_THREADS); libraries without OpenMP have one
  */

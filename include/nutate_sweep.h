@@ -57,7 +57,8 @@ int nutate_sweep_table(nutate_scene *scene, const char *const *names, size_t n_n
  * @param[in]  first    first member, counted from 1
  * @param[in]  last     last member, counted from 1
  * @param[in]  threads  1: the calling thread, without a parallel region, so that forked processes may call it; more
- *                      than 1 requires a library built with OpenMP
+ *                      than 1 requires a library built with OpenMP, and is treated as 1 in a process forked from one
+ *                      that has used threads
  * @param[out] rows     [last - first + 1][fields], rows of the members; on failure filled in part
  * @param[in]  bytes    size of rows: 8 for each field
  * @param[out] message  error message; or NULL

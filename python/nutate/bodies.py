@@ -31,7 +31,8 @@ class Bodies(Owner):
         Meaning of `l`: "space", the angular momentum in space axes, with torques in space axes; "body", that in body axes, with
         torques in body axes; "rate", the angular velocity in body axes, with torques in body axes.
     threads : int
-        Number of threads that share the bodies of a call; 0: as many as OpenMP gives. Results are bitwise identical.
+        Number of threads that share the bodies of a call; 0: as many as OpenMP gives. Results are bitwise identical. A process
+        forked from one that has used threads has one.
 
     Raises
     ------

@@ -36,7 +36,8 @@ def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int =
     table : mapping, DataFrame or structured array
         Values with one line per member; names such as "body.inertia.1". A scene without &ensemble gets a member per line.
     threads : int
-        Number of threads; more than 1 requires a library built with OpenMP.
+        Number of threads; more than 1 requires a library built with OpenMP. A process forked from one that has used threads has
+        one.
     progress : bool
         True to show the progress: with a bar of tqdm if that is installed, else in a line of the standard error.
 

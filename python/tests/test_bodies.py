@@ -1,5 +1,6 @@
 """Many bodies from Python: in place, without copies, failures by index."""
 
+import multiprocessing
 import unittest
 
 import numpy as np
@@ -17,6 +18,13 @@ def start(n):
     return q, random.normal(size=(n, 3)), random.normal(size=(n, 3))
 
 
+def stepped(n):
+    """Attitudes after a step by two threads."""
+    q, l, torque = start(n)
+    nutate.Bodies(nutate.System(moments=MOMENTS), threads=2).step(0.1, q, l, torque)
+    return q
+
+
 class BodiesTest(unittest.TestCase):
     def setUp(self):
         self.system = nutate.System(moments=MOMENTS)
@@ -32,6 +40,11 @@ class BodiesTest(unittest.TestCase):
         np.testing.assert_array_equal(q, q1)
         np.testing.assert_array_equal(l, l1)
         self.assertEqual(bodies.failed.size, 0)
+
+    def test_threads_in_processes_that_were_forked_after_threads(self):
+        q = stepped(3000)
+        with multiprocessing.get_context("fork").Pool(1) as pool:
+            np.testing.assert_array_equal(pool.apply_async(stepped, (3000,)).get(timeout=600), q)
 
     def test_strided_arrays_and_lists_do_the_same(self):
         q, l, torque = start(20)

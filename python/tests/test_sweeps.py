@@ -107,6 +107,14 @@ class SweepTest(unittest.TestCase):
             parts = pool.starmap_async(nutate.sweep_chunk, chunks).get(timeout=600)
         self.assertEqual(np.concatenate(parts).tobytes(), rows.tobytes())
 
+    def test_threads_in_processes_that_were_forked_after_threads(self):
+        if not has_threads():
+            self.skipTest("the library has no threads")
+        rows = nutate.sweep(self.scene, threads=2)
+        with multiprocessing.get_context("fork").Pool(1) as pool:
+            forked = pool.apply_async(nutate.sweep, (self.scene,), {"threads": 2}).get(timeout=600)
+        self.assertEqual(forked.tobytes(), rows.tobytes())
+
     def test_chunks_run_in_threads_of_python(self):
         rows, parts = nutate.sweep(self.scene), [None] * 6
         scene = nutate.Scene(self.scene)

@@ -22,6 +22,7 @@ module nutate_bodies
    use nutate_drift_avx2, only: drift_by_avx2 => drift_lanes, enter_by_avx2 => enter_lanes, leave_by_avx2 => leave_lanes
    use nutate_drift_sse2, only: drift_by_sse2 => drift_lanes, enter_by_sse2 => enter_lanes, leave_by_sse2 => leave_lanes
    use nutate_exact_free, only: free_body_t
+   !$ use nutate_forks, only: may_start_threads
    use nutate_kinds, only: wp, long
    use nutate_lane_width, only: lanes
    use nutate_limits, only: greatest_number, greatest_turn, is_step, manifold_tolerance
@@ -274,6 +275,7 @@ contains
       whole%avx2 = has_avx2()
       threads = what%threads
       !$ if (threads < 1) threads = omp_get_max_threads()
+      !$ if (threads > 1 .and. n >= few) threads = merge(threads, 1, may_start_threads())
       last = 0
       do while (last < n)
          start = last + 1

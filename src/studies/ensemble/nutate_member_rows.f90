@@ -1,6 +1,7 @@
 !> Computes rows of members in memory, in the calling thread or in several threads.
 module nutate_member_rows
    use, intrinsic :: iso_c_binding, only: c_int
+   use nutate_forks, only: may_start_threads
    use nutate_kinds, only: wp, long
    use nutate_member_run, only: member_run_t
    use nutate_row_layout, only: row_layout_t
@@ -78,6 +79,7 @@ contains
       end if
       ! A single member is run by the calling thread, which may be the only one that receives a request to stop.
       workers = int(max(min(int(threads, long), last - first + 1), 1_long))
+      if (workers > 1) workers = merge(workers, 1, may_start_threads())
       share = max(min((last - first + 1)/(usual_shares*workers), largest_share), 1_long)
       next = first
       if (workers > 1) then
