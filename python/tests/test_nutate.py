@@ -1,6 +1,7 @@
 """The Python package: the numbers of the program bit for bit, callbacks, misuse. $NUTATE names the program."""
 
 import csv
+import ctypes
 import gc
 import glob
 import os
@@ -336,6 +337,38 @@ class CallbackTest(unittest.TestCase):
                             self.assertEqual(values.tobytes(), second[name].tobytes(), (effect, method, settings, name))
                         tried += 1
         self.assertEqual(tried, 2*3*5*len(effects))
+
+    def test_a_stepper_whose_effects_were_switched_gives_the_bits_of_a_new_one(self):
+        system = nutate.System(text="&body inertia = 3, 4, 5, mass = 1, center_of_mass = 0, 0, 0.3 / "
+                                    "&gravity name = 'field', acceleration = 0, 0, -9.81 / &wheel axis = 0, 0, 1, inertia = 0.1 /")
+
+        def make():
+            stepper = nutate.Stepper(system, method="taylor", local_tolerance=1e-9)
+            stepper.add_event(lambda t, q, omega: t - 0.5, "late", crosses=0, switch="field off")
+            return stepper
+
+        def bits(stepper, end):
+            return {name: values.tobytes() for name, values in stepper.run_to(end).items()}
+
+        def restart(stepper):
+            stepper.set_state((0.8, 0.6, 0, 0), (0.3, 1, 5))
+            return stepper
+
+        new, used = restart(make()), make()
+        for stop in (0.3, 0.7):
+            restart(used).run_to(stop)
+            restart(used).set_motor(0, 0.2)
+            used.run_to(stop)
+        expected = bits(new, 0.7)
+        self.assertEqual(bits(restart(used), 0.7), expected)
+        # The state that is restored has no field, the stepper that restores it has been prepared with the field.
+        needed = new._count("nutate_stepper_save", None, 0)
+        saved = ctypes.create_string_buffer(needed)
+        new._call("nutate_stepper_save", saved, needed, None)
+        prepared = restart(make())
+        prepared.run_to(0.3)
+        restart(prepared)._call("nutate_stepper_restore", saved, needed)
+        self.assertEqual(bits(prepared, 1.0), bits(new, 1.0))
 
     def test_a_stepper_outlives_its_system(self):
         system = nutate.System(moments=(1, 2, 2.5))

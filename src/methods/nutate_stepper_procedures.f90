@@ -21,6 +21,7 @@ contains
       self%last_length = 0.0_wp
       if (allocated(self%again)) deallocate (self%again)
       call self%set_up(system, settings, status)
+      self%keeps_system = .false.
    end procedure prepare_stepper
 
    module procedure renew

@@ -166,6 +166,7 @@ contains
       call archive%transfer(handle%first_energy)
       if (archive%is_reading() .and. .not. allocated(handle%given)) &
          allocate (handle%given, source=handle%system%effects)
+      if (allocated(handle%run%spare)) handle%run%spare%keeps_system = .false.
       call handle%system%effects%transfer_switches(archive)
       call transfer_run(handle, archive, status)
       if (.not. allocated(handle%found)) allocate (handle%found)

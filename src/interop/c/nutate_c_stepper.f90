@@ -357,6 +357,7 @@ contains
       handle%run%summary%settings = settings
       handle%run%summary%choice = choice
       call unprepare(handle)
+      if (allocated(handle%run%spare)) handle%run%spare%keeps_system = handle%is_valid
       call handle%columns%start(handle%system, state, inverse_j0, handle%plan%time_step < 0.0_wp)
    end subroutine set_state
 

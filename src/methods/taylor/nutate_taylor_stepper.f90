@@ -97,15 +97,10 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'series_order is not available', 'series_order')
          return
       end if
-      call self%series%torques%prepare(system%effects, status)
+      if (.not. self%keeps_system) call prepare_series(self%series, system, status)
       if (.not. status%ok()) return
-      if (allocated(self%series%wheels)) deallocate (self%series%wheels)
-      if (system%effects%n_wheels > 0) then
-         allocate (self%series%wheels)
-         call self%series%wheels%prepare(system%effects, status)
-         if (.not. status%ok()) return
-      end if
-      call self%series%prepare(system)
+      if (.not. (self%keeps_system .and. (self%attitude .eqv. settings%attitude))) &
+         call prepare_rates(self%rates, system, settings%attitude, .false.)
       if (allocated(self%tangent)) deallocate (self%tangent)
       self%order = settings%series_order
       self%conserve = settings%conserve
@@ -116,12 +111,27 @@ contains
                         .not. (self%series%torques%has_more .or. self%series%torques%rank > 0)
       self%rotated_time = 0.0_wp
       self%turn = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      call prepare_rates(self%rates, system, settings%attitude, .false.)
       self%compensated = settings%attitude .and. .not. self%turns_free .and. is_compensated(self%series, system)
       call self%projection%prepare(system, settings%attitude, usual_interval, self%compensated)
       if (allocated(self%acted)) deallocate (self%acted)
       allocate (self%acted(system%effects%n_torques), source=.false.)
    end subroutine set_up
+
+   !> Prepares the series for the effects of a system. Errors: `NUTATE_BAD_ARGUMENT` for an effect without series.
+   subroutine prepare_series(series, system, status)
+      type(motion_series_t), intent(inout) :: series
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      call series%torques%prepare(system%effects, status)
+      if (.not. status%ok()) return
+      if (allocated(series%wheels)) deallocate (series%wheels)
+      if (system%effects%n_wheels > 0) then
+         allocate (series%wheels)
+         call series%wheels%prepare(system%effects, status)
+         if (.not. status%ok()) return
+      end if
+      call series%prepare(system)
+   end subroutine prepare_series
 
    !> True for the series of three rows in the axes of the body, where the space axes turn, a potential moves or works
    !> are done. Else the sums over steps are plain.
