@@ -112,7 +112,8 @@ contains
       integer :: i
       settings%method = method
       do i = 1, size(methods)
-         if (methods(i)%name /= method) cycle
+         ! Strings of equal length are compared without a call.
+         if (methods(i)%name /= settings%method) cycle
          settings%order = methods(i)%order
          settings%formulation = methods(i)%formulation
          settings%conserve = methods(i)%projected

@@ -40,7 +40,7 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      type(run_point_t) :: mark
+      type(run_point_t), allocatable :: mark
       type(root_search_t), allocatable :: searches(:)
       if (present(observer)) then
          if (observer%wants_works) progress%record%works = [progress%summary%work, progress%summary%switch_work]
@@ -61,7 +61,7 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(system_t) :: system
-      type(run_point_t) :: mark
+      type(run_point_t), allocatable :: mark
       type(root_search_t), allocatable :: searches(:)
       system = progress%events%system
       call sample_state(policy, system, progress)
@@ -118,12 +118,13 @@ contains
 
    !> Takes steps to the end of a run, or to the next switch or sample: the only loop there is, for all methods,
    !> policies and interfaces. Each round takes one step of the method, which may be a part of a step of the run. The
-   !> run before a step, `mark`, and the searches of all events are kept for the next call.
+   !> run before a step, `mark`, set if the step may be taken back, and the searches of all events are kept for the next
+   !> call.
    subroutine take_steps(progress, policy, system, mark, searches, status, observer)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
-      type(run_point_t), intent(inout) :: mark
+      type(run_point_t), allocatable, intent(inout) :: mark
       type(root_search_t), allocatable, intent(inout) :: searches(:)
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer

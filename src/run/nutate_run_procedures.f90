@@ -261,8 +261,16 @@ contains
    end subroutine check_promise
 
    module procedure find_steps
+      if (lacks_steps(self)) call search_steps(self, system, status, observer, trial_observer)
+   end procedure find_steps
+
+   !> Finds the steps of a run that lacks them. Errors: those of `find_steps`.
+   recursive subroutine search_steps(self, system, status, observer, trial_observer)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer, trial_observer
       type(progress_t) :: last
-      if (.not. lacks_steps(self)) return
       if (allocated(self%tangent) .and. present(trial_observer)) then
          call self%find_steps(system, status, observer)
          return
@@ -278,7 +286,7 @@ contains
             call control%begin(system, self%summary%settings, self%progress_t, status)
          end if
       end select
-   end procedure find_steps
+   end subroutine search_steps
 
    !> Returns true if trial runs have to find the steps, and have not yet.
    pure logical function lacks_steps(self)

@@ -56,7 +56,10 @@ contains
    pure logical function can_saturate(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      can_saturate = any([(is_limited(effects%torques(i)%item), i=1, effects%n_torques)])
+      can_saturate = .false.
+      do i = 1, effects%n_torques
+         can_saturate = can_saturate .or. is_limited(effects%torques(i)%item)
+      end do
       do i = 1, effects%n_wheels
          if (effects%wheels(i)%has_law()) can_saturate = can_saturate .or. is_limited(effects%wheels(i)%motor)
       end do
@@ -104,7 +107,10 @@ contains
    pure logical function can_jump(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      can_jump = any([(effects%torques(i)%item%has(JUMPS_WITH_SIGN), i=1, effects%n_torques)])
+      can_jump = .false.
+      do i = 1, effects%n_torques
+         can_jump = can_jump .or. effects%torques(i)%item%has(JUMPS_WITH_SIGN)
+      end do
    end function can_jump
 
    !> Lets the control laws follow the sign of e₀, for steps that no run watches.
