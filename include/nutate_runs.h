@@ -23,6 +23,27 @@ extern "C" {
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
 
+/** A run whose rows go to an array: all but the last three members are for the caller to set. */
+typedef struct nutate_row_run {
+    double end_time;         /**< end of the run, s */
+    int64_t every;           /**< steps between rows, >= 1 */
+    double interval;         /**< time between rows, s, or 0: see nutate_stepper_run_to */
+    const double *times;     /**< [n_times], times of the rows, s, as for nutate_stepper_run_history; or NULL */
+    size_t n_times;          /**< number of times */
+    double *rows;            /**< [capacity][width], receives the rows; or NULL */
+    size_t capacity;         /**< number of rows that the array can hold */
+    int64_t counts[5];       /**< results as by nutate_history_summary */
+    double errors[3];        /**< results as by nutate_history_summary */
+    nutate_history *history; /**< handle of a new history; NULL if the array has all rows */
+} nutate_row_run;
+
+/** Runs to a time, as nutate_stepper_run_history does, and writes the rows into an array, also if the run fails. A
+ * history is made only if the array has no room for all rows, or if there are events or indicators of chaos: it then has
+ * all rows.
+ * @param[in,out] stepper  handle; on failure at the last state reached
+ * @param[in,out] run      the run */
+int nutate_stepper_run_rows(nutate_stepper *stepper, nutate_row_run *run);
+
 /** Makes subsequent runs compute sensitivities to the parameters in &free of a scene, starting at the beginning of each
  * run: the columns of the set "sensitivities" then show them, those of "standard_deviations" and "covariance" if &free
  * has sigma. A stepper that was made from a scene with &free has the parameters of that scene.

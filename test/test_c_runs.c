@@ -27,7 +27,8 @@ static int same_state(nutate_stepper *a, nutate_stepper *b)
     return !memcmp(&t, &tb, sizeof t) && !memcmp(q, qb, sizeof q) && !memcmp(p, pb, sizeof p) && !memcmp(e, eb, sizeof e);
 }
 
-/* The rows of nutate_stepper_run_to, with nominal steps, an accuracy and a tolerance; rows at user-defined times. */
+/* The rows of nutate_stepper_run_to, with nominal steps, an accuracy and a tolerance, in a history and in an array with and
+ * without room for them; rows at user-defined times. */
 int test_c_run_histories(void)
 {
     static const char *const ways[3][2] = {
@@ -35,6 +36,7 @@ int test_c_run_histories(void)
     static const double times[4] = {0.0, 0.123, 0.5, 1.0};
     double rows[2000], kept[2000], t[4], error[2], asked[2], errors[3], accuracy;
     int64_t counts[5];
+    nutate_row_run run = {1.0, 1, 0.0, NULL, 0, kept, 0, {0}, {0.0}, NULL};
     nutate_stepper *a = NULL, *b = NULL;
     nutate_history *history = NULL;
     size_t n, m, width;
@@ -62,6 +64,16 @@ int test_c_run_histories(void)
         CHECK((size_t)counts[0] == m && (size_t)counts[1] == width && counts[2] == 0 && counts[3] == 0 && counts[4] == 0);
         CHECK(errors[0] == error[0] && errors[1] == error[1] && errors[2] == accuracy);
         EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+        for (run.capacity = n - 1; run.capacity <= n; ++run.capacity) {
+            EXPECT(NUTATE_OK, nutate_stepper_set_state(b, 0.0, one, vector));
+            memset(kept, 0, sizeof kept);
+            EXPECT(NUTATE_OK, nutate_stepper_run_rows(b, &run));
+            CHECK(!memcmp(counts, run.counts, sizeof counts) && !memcmp(errors, run.errors, sizeof errors));
+            CHECK((run.history == NULL) == (run.capacity == n) && same_state(a, b));
+            if (run.history) EXPECT(NUTATE_OK, nutate_history_values(run.history, kept, 2000));
+            CHECK(!memcmp(rows, kept, n * width * sizeof(double)));
+            EXPECT(NUTATE_OK, nutate_history_destroy(&run.history));
+        }
         EXPECT(NUTATE_OK, nutate_stepper_set_state(b, 0.0, one, vector));
         EXPECT(NUTATE_OK, nutate_stepper_run_history(b, 1.0, 1, 0.0, times, 4, &history));
         EXPECT(NUTATE_OK, nutate_history_column(history, "t", t, 4));
@@ -333,7 +345,9 @@ int test_c_misused_runs(void)
     nutate_history *history = NULL;
     char bytes[16] = "", text[64];
     size_t n = 9;
+    nutate_row_run run = {1.0, 1, 0.0, back, 2, NULL, 0, {9}, {0.0}, NULL};
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_run_history(NULL, 1.0, 1, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_run_rows(NULL, &run));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_get(NULL, "method", text, sizeof text));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_set_poll(NULL, stop_later, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_set_poll(NULL, stop_later, NULL));
@@ -348,6 +362,9 @@ int test_c_misused_runs(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, NULL, 0, &history)); /* no time_step */
     EXPECT(NUTATE_OK, nutate_history_destroy(&history));
     EXPECT(NUTATE_OK, nutate_stepper_set_time_step(stepper, 0.1));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_rows(stepper, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_rows(stepper, &run));
+    CHECK(run.counts[0] == 0 && run.history == NULL);
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, back, 2, &history));
     CHECK(history == NULL);
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, late, 1, &history));

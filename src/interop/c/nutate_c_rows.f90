@@ -1,8 +1,8 @@
 !> Rows of a run in an array of C, in a history, or in a file.
 module nutate_c_rows
-   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_loc, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, status_of_failure
-   use nutate_c_handles, only: history_handle_t, make_room
+   use nutate_c_handles, only: history_handle_t, make_room, HISTORY_MARK
    use nutate_c_stepper_handle, only: stepper_handle_t
    use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t
@@ -11,7 +11,7 @@ module nutate_c_rows
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: is_over, total_work
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY, NUTATE_STEP_LIMIT
    use nutate_system, only: system_t
    implicit none
    private
@@ -23,6 +23,8 @@ module nutate_c_rows
       !> Array `double[capacity][width]`, or null; rows that it can hold, a negative number beyond the greatest integer.
       type(c_ptr) :: array = c_null_ptr
       integer(c_size_t) :: capacity = 0
+      !> Variable of C for a history, which receives all rows as soon as the array has no room for them, or null.
+      type(c_ptr), pointer :: slot => null()
       !> History that receives all rows in place of an array, or null.
       type(history_handle_t), pointer :: history => null()
       !> Files that receive the rows and events in place of an array or a history, or null.
@@ -41,6 +43,8 @@ module nutate_c_rows
    contains
       !> Opens the array.
       procedure :: open_array
+      !> Opens a history for all rows.
+      procedure, non_overridable :: open_history
       procedure :: observe => receive_row
       procedure :: poll => ask_program
       procedure :: check_step => check_callbacks
@@ -60,7 +64,7 @@ contains
       self%wants_rows = associated(self%history)
       if (self%wants_rows) self%history%width = width
       if (.not. c_associated(self%array) .or. self%wants_rows) return
-      if (self%capacity >= 0 .and. self%capacity < needed) then
+      if (self%capacity >= 0 .and. self%capacity < needed .and. .not. associated(self%slot)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the array for the rows is too small', 'capacity')
          return
       end if
@@ -71,6 +75,28 @@ contains
                           [int(width, c_size_t), merge(capacity, huge(capacity)/width, capacity >= 0)])
       end associate
    end subroutine open_array
+
+   !> Opens a history in the slot of C, unless there is one, with the rows so far. Errors: `NUTATE_NO_MEMORY`.
+   subroutine open_history(self, handle, status)
+      class(row_receiver_t), intent(inout) :: self
+      type(stepper_handle_t), intent(in) :: handle
+      type(status_t), intent(inout) :: status
+      integer :: failed
+      if (associated(self%history)) return
+      allocate (self%history, stat=failed)
+      if (failed == 0 .and. self%rows > 0) &
+         allocate (self%history%values(size(self%values, 1), self%rows), stat=failed, source=self%values(:, :self%rows))
+      if (failed /= 0) then
+         status = fail(NUTATE_NO_MEMORY, 'not enough memory for a history')
+         if (associated(self%history)) deallocate (self%history)
+         return
+      end if
+      self%history%mark = HISTORY_MARK
+      self%history%names = handle%names
+      self%history%width = handle%columns%width
+      self%history%rows = self%rows
+      self%slot = c_loc(self%history)
+   end subroutine open_history
 
    !> Returns the record of the present state, which a row needs beside the state.
    type(run_record_t) function present_record(handle) result(record)
@@ -109,9 +135,12 @@ contains
          if (allocated(receiver%chaos)) call move_alloc(receiver%chaos, receiver%file%chaos)
          call receiver%file%observe(system, state, record, status)
          return
-      else if (associated(receiver%history)) then
-         call make_room(receiver%history, status)
-         if (status%code /= 0) return
+      end if
+      if (associated(receiver%slot) .and. receiver%rows >= size(receiver%values, 2, c_size_t)) &
+         call receiver%open_history(handle, status)
+      if (associated(receiver%history)) call make_room(receiver%history, status)
+      if (status%code /= 0) return
+      if (associated(receiver%history)) then
          receiver%values => receiver%history%values
       else if (receiver%rows >= size(receiver%values, 2, c_size_t)) then
          status = fail(NUTATE_STEP_LIMIT, 'the run has more rows than the array has room for')
