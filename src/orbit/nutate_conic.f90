@@ -11,7 +11,7 @@ module nutate_conic
    implicit none
    private
 
-   public :: place_on_conic, change_on_conic, velocity_change_on_conic
+   public :: place_on_conic, change_on_conic
 
 contains
 
@@ -38,12 +38,16 @@ contains
 
    !> Computes the derivatives of the position with respect to time and eccentricity. With ∂Uₖ/∂s = Uₖ₋₁ and ∂Uₖ/∂e =
    !> ½(sUₖ₊₁ - kUₖ₊₂), r∂s/∂e = -U₃ - e∂U₃/∂e, less the change of the period times the number of complete revolutions.
-   pure subroutine change_on_conic(eccentricity, time, by_time, by_eccentricity)
+   !> The derivative of the velocity with respect to eccentricity is that of the position, differentiated by time, with
+   !> s' = 1/r and ∂s'/∂e = -(U₂ + e ∂U₂/∂e)/r²; that with respect to time is -x/r³.
+   pure subroutine change_on_conic(eccentricity, time, by_time, by_eccentricity, velocity_by_eccentricity)
       !> Eccentricity and time as in `place_on_conic`.
       real(wp), intent(in) :: eccentricity, time
       !> Derivatives in units of q, with time in units of √(q³/μ); shape (2).
       real(wp), intent(out) :: by_time(2), by_eccentricity(2)
-      real(wp) :: s, u(0:5), turns, e, root, radius, s_by_e
+      !> Derivative in units of √(μ/q); shape (2).
+      real(wp), intent(out) :: velocity_by_eccentricity(2)
+      real(wp) :: s, u(0:5), turns, e, root, radius, s_by_e, rate_by_e
       e = eccentricity
       root = sqrt(1 + e)
       call find_anomaly(e, time, s, turns)
@@ -54,27 +58,11 @@ contains
       s_by_e = anomaly_by_eccentricity(e, s, turns, u, radius)
       by_eccentricity = [-u(1)*s_by_e - 0.5_wp*(s*u(3) - 2*u(4)), &
                          0.5_wp*u(1)/root + root*(u(0)*s_by_e + 0.5_wp*(s*u(2) - u(3)))]
-   end subroutine change_on_conic
-
-   !> Computes the derivative of the velocity with respect to eccentricity: that of the position, differentiated by
-   !> time, with s' = 1/r and ∂s'/∂e = -(U₂ + e ∂U₂/∂e)/r². The derivative with respect to time is -x/r³.
-   pure subroutine velocity_change_on_conic(eccentricity, time, by_eccentricity)
-      !> Eccentricity and time as in `place_on_conic`.
-      real(wp), intent(in) :: eccentricity, time
-      !> Derivative in units of √(μ/q); shape (2).
-      real(wp), intent(out) :: by_eccentricity(2)
-      real(wp) :: s, u(0:5), turns, e, root, radius, s_by_e, rate_by_e
-      e = eccentricity
-      root = sqrt(1 + e)
-      call find_anomaly(e, time, s, turns)
-      u(0:3) = universal(1 - e, s)
-      u(4:5) = higher(1 - e, s, u(2:3))
-      radius = 1 + e*u(2)
-      s_by_e = anomaly_by_eccentricity(e, s, turns, u, radius)
       rate_by_e = -(u(2) + e*(u(1)*s_by_e + 0.5_wp*(s*u(3) - 2*u(4))))/radius**2
-      by_eccentricity = [-u(0)*s_by_e/radius - u(1)*rate_by_e - 0.5_wp*(s*u(2) - u(3))/radius, &
-                         (0.5_wp*u(0)/root + root*(0.5_wp*s*u(1) - (1 - e)*u(1)*s_by_e))/radius + root*u(0)*rate_by_e]
-   end subroutine velocity_change_on_conic
+      velocity_by_eccentricity = &
+         [-u(0)*s_by_e/radius - u(1)*rate_by_e - 0.5_wp*(s*u(2) - u(3))/radius, &
+          (0.5_wp*u(0)/root + root*(0.5_wp*s*u(1) - (1 - e)*u(1)*s_by_e))/radius + root*u(0)*rate_by_e]
+   end subroutine change_on_conic
 
    !> Returns ∂s/∂e at a time.
    pure real(wp) function anomaly_by_eccentricity(e, s, turns, u, radius) result(s_by_e)

@@ -9,7 +9,7 @@
 !> An orbit that is given by its periapsis may have any e >= 0 (`nutate_conic`); a table of positions replaces
 !> all elements (`nutate_track`).
 module nutate_kepler_orbit
-   use nutate_conic, only: change_on_conic, place_on_conic, velocity_change_on_conic
+   use nutate_conic, only: change_on_conic, place_on_conic
    use nutate_kinds, only: wp, eps, pi
    use nutate_power_series, only: inverses
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
@@ -456,74 +456,57 @@ contains
    end function mean_motion_change
 
    !> Computes the position in the plane, as in `find_from_periapsis`, and its change: from that of M = E - e sin E, or
-   !> of the position on the conic.
-   pure subroutine find_change(self, change, t, place, moved)
+   !> of the position on the conic; and the change of the velocity.
+   pure subroutine find_change(self, change, t, place, moved, moved_velocity)
       class(kepler_orbit_t), intent(in) :: self
       !> Change of the elements; time, s.
       real(wp), intent(in) :: change(:), t
       !> m; shape (2).
       real(wp), intent(out) :: place(2), moved(2)
+      !> m/s; shape (2).
+      real(wp), intent(out), optional :: moved_velocity(2)
       real(wp) :: anomaly, c, s, flat, moved_anomaly, rate, time, moved_time, by_time(2), by_eccentricity(2)
-      real(wp) :: velocity(2), radius
+      real(wp) :: velocity(2), velocity_by_eccentricity(2), radius, distance
       if (self%is_from_periapsis()) then
          call find_from_periapsis(self, t, place, velocity, radius, anomaly)
          rate = periapsis_rate(self)
          time = (t - self%periapsis_time)*rate
          moved_time = time*(0.5_wp*change(7)/self%mu - 1.5_wp*change(1)/self%periapsis_distance) - rate*change(6)
-         call change_on_conic(self%eccentricity, time, by_time, by_eccentricity)
+         call change_on_conic(self%eccentricity, time, by_time, by_eccentricity, velocity_by_eccentricity)
          moved = (change(1)/self%periapsis_distance)*place + &
                  self%periapsis_distance*(moved_time*by_time + change(2)*by_eccentricity)
+         if (.not. present(moved_velocity)) return
+         distance = radius/self%periapsis_distance
+         moved_velocity = (0.5_wp*change(7)/self%mu - 0.5_wp*change(1)/self%periapsis_distance)*velocity + &
+                          rate*(self%periapsis_distance*change(2)*velocity_by_eccentricity &
+                                - (moved_time/distance/distance/distance)*place)
       else
          anomaly = anomaly_at(self, t)
          c = cos(anomaly)
          s = sin(anomaly)
          flat = flatness(self)
          place = self%semi_major_axis*[c - self%eccentricity, flat*s]
-         moved_anomaly = (change(6) + t*mean_motion_change(self, change) + s*change(2))/(1 - self%eccentricity*c)
-         moved = (change(1)/self%semi_major_axis)*place + self%semi_major_axis* &
-                 [-s*moved_anomaly - change(2), flat*c*moved_anomaly - (self%eccentricity/flat)*s*change(2)]
-      end if
-   end subroutine find_change
-
-   !> Returns the change of the velocity in the plane, m/s; shape (2).
-   pure function velocity_change_in_plane(self, change, t) result(moved)
-      class(kepler_orbit_t), intent(in) :: self
-      !> Change of the elements; time, s.
-      real(wp), intent(in) :: change(:), t
-      real(wp) :: moved(2), place(2), velocity(2), by_eccentricity(2), radius, anomaly, c, s, flat, moved_anomaly
-      real(wp) :: distance, rate, time, moved_time
-      if (self%is_from_periapsis()) then
-         call find_from_periapsis(self, t, place, velocity, radius, anomaly)
-         rate = periapsis_rate(self)
-         time = (t - self%periapsis_time)*rate
-         moved_time = time*(0.5_wp*change(7)/self%mu - 1.5_wp*change(1)/self%periapsis_distance) - rate*change(6)
-         call velocity_change_on_conic(self%eccentricity, time, by_eccentricity)
-         distance = radius/self%periapsis_distance
-         moved = (0.5_wp*change(7)/self%mu - 0.5_wp*change(1)/self%periapsis_distance)*velocity + &
-                 rate*(self%periapsis_distance*change(2)*by_eccentricity &
-                       - (moved_time/distance/distance/distance)*place)
-      else
-         anomaly = anomaly_at(self, t)
-         c = cos(anomaly)
-         s = sin(anomaly)
-         flat = flatness(self)
          distance = 1 - self%eccentricity*c
          moved_anomaly = (change(6) + t*mean_motion_change(self, change) + s*change(2))/distance
+         moved = (change(1)/self%semi_major_axis)*place + self%semi_major_axis* &
+                 [-s*moved_anomaly - change(2), flat*c*moved_anomaly - (self%eccentricity/flat)*s*change(2)]
+         if (.not. present(moved_velocity)) return
          velocity = (self%semi_major_axis*self%mean_motion()/distance)*[-s, flat*c]
-         moved = (0.5_wp*change(7)/self%mu - 0.5_wp*change(1)/self%semi_major_axis &
-                  + (c*change(2) - self%eccentricity*s*moved_anomaly)/distance)*velocity &
-                 + (self%semi_major_axis*self%mean_motion()/distance)* &
-                 [-c*moved_anomaly, -flat*s*moved_anomaly - (self%eccentricity/flat)*c*change(2)]
+         moved_velocity = (0.5_wp*change(7)/self%mu - 0.5_wp*change(1)/self%semi_major_axis &
+                           + (c*change(2) - self%eccentricity*s*moved_anomaly)/distance)*velocity &
+                          + (self%semi_major_axis*self%mean_motion()/distance)* &
+                          [-c*moved_anomaly, -flat*s*moved_anomaly - (self%eccentricity/flat)*c*change(2)]
       end if
-   end function velocity_change_in_plane
+   end subroutine find_change
 
    !> Returns δv at a time, inertial axes, m/s; shape (3).
    pure function velocity_change(self, change, t) result(moved)
       type(kepler_orbit_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
-      real(wp) :: moved(3)
-      moved = rotate_to_space(plane_at(self, 0.0_wp), [velocity_change_in_plane(self, change, t), 0.0_wp]) + &
+      real(wp) :: moved(3), place(2), moved_place(2), moved_velocity(2)
+      call find_change(self, change, t, place, moved_place, moved_velocity)
+      moved = rotate_to_space(plane_at(self, 0.0_wp), [moved_velocity, 0.0_wp]) + &
               cross(plane_change(self, change), self%velocity(t))
    end function velocity_change
 
