@@ -5,13 +5,13 @@ module nutate_event_history
    use nutate_archive, only: archive_t
    use nutate_columns, only: columns_t
    use nutate_decimal, only: decimal_length
-   use nutate_files, only: file_mark_t, output_file_t
+   use nutate_files, only: output_file_t
    use nutate_history, only: append_date, history_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_spelling, only: count_text, escaped
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
+   use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
    use nutate_system, only: system_t
    implicit none
    private
@@ -72,14 +72,9 @@ contains
       !> Checkpoint data being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
-      type(file_mark_t) :: mark
       self%wanted = .true.
-      call transfer_values(self, archive, mark)
-      if (archive%problem() /= '') then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the checkpoint data cannot be resumed: '//archive%problem())
-      else
-         call self%file%reopen(name, mark, status)
-      end if
+      call archive%transfer(self%rows)
+      call self%file%reopen(name, archive, status)
    end subroutine reopen_events
 
    !> Records in checkpoint data how far the file is, after all of it has been written to the disk. Errors: `NUTATE_IO`.
@@ -88,19 +83,10 @@ contains
       !> Checkpoint data being written.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
-      type(file_mark_t) :: mark
       if (.not. self%wanted) return
-      call self%file%mark(mark, status)
-      if (status%ok()) call transfer_values(self, archive, mark)
-   end subroutine transfer_events
-
-   subroutine transfer_values(self, archive, mark)
-      class(event_history_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      type(file_mark_t), intent(inout) :: mark
       call archive%transfer(self%rows)
-      call mark%transfer(archive)
-   end subroutine transfer_values
+      call self%file%record(archive, status)
+   end subroutine transfer_events
 
    !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.
    subroutine write_event(self, history, system, name, number, state, record, status)

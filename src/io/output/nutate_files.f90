@@ -14,12 +14,12 @@ module nutate_files
       file_open_locked, file_read_tail, file_remove, file_rename, file_replace, file_replaceable, file_same, &
       file_settle, file_sync, file_target, file_truncate, file_write, file_write_at, prepare_process
    use nutate_kinds, only: long
-   use nutate_status, only: status_t, fail, NUTATE_IO
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_IO
    use nutate_system_text, only: error_text, text_of
    implicit none
    private
 
-   public :: output_file_t, file_mark_t, write_text, is_terminal, same_file, file_exists, goes_to_file, replace_file
+   public :: output_file_t, write_text, is_terminal, same_file, file_exists, goes_to_file, replace_file
    public :: partial_name, remove_file, prepare_process, STANDARD_OUTPUT, STANDARD_ERROR
 
    !> Descriptors that every process has.
@@ -43,16 +43,6 @@ module nutate_files
    integer, parameter :: LOCKED = -1, TOO_SHORT = -2
    !> Number of bytes at the end of a file by which it is recognised.
    integer, parameter :: tail_size = 4096
-
-   !> Position up to which a file was written.
-   type :: file_mark_t
-      integer(long) :: bytes = 0
-      !> Checksum of the last `tail_size` bytes before this position.
-      integer(long) :: tail = 0
-   contains
-      !> Writes or reads the mark in checkpoint data.
-      procedure :: transfer => transfer_mark
-   end type file_mark_t
 
    !> A file being written line by line.
    type :: output_file_t
@@ -88,7 +78,7 @@ module nutate_files
       !> Syncs the bytes handed to the system to the disk.
       procedure, non_overridable :: sync
       !> Writes everything to the disk, and returns how far the file is.
-      procedure, non_overridable :: mark
+      procedure, non_overridable :: record
       !> Appends one line.
       procedure, non_overridable :: put_line
       !> Hands everything to the system.
@@ -111,7 +101,7 @@ contains
       !> A path, or `-` for standard output.
       character(len=*), intent(in) :: name
       type(status_t), intent(out) :: status
-      integer :: i, error
+      integer :: i
       call begin(self, name)
       do i = 1, size(descriptors)
          if (name == descriptor_names(i)) then
@@ -125,8 +115,7 @@ contains
       case (KIND_ABSENT, KIND_REGULAR)
          call open_partial(self, status)
       case default
-         error = file_open(name//c_null_char, self%stop_flag, self%descriptor)
-         if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+         status = status_of(file_open(name//c_null_char, self%stop_flag, self%descriptor))
       end select
    end subroutine open_output
 
@@ -142,27 +131,35 @@ contains
       if (.not. allocated(self%buffer)) allocate (character(len=buffer_size) :: self%buffer)
    end subroutine begin
 
-   !> Continues the partial file that another run left, after the bytes of its mark; later bytes are cut off. Errors:
-   !> `NUTATE_IO` if that file does not exist or has changed; nothing has been changed then.
-   subroutine reopen(self, name, mark, status)
+   !> Continues the partial file that another run left, after the bytes that it recorded; later bytes are cut off. Errors:
+   !> `NUTATE_BAD_ARGUMENT` for checkpoint data that cannot be read; `NUTATE_IO` if that file does not exist or has
+   !> changed; nothing has been changed then.
+   subroutine reopen(self, name, archive, status)
       class(output_file_t), intent(inout) :: self
       !> Name that `open` received.
       character(len=*), intent(in) :: name
-      type(file_mark_t), intent(in) :: mark
+      !> Checkpoint data being read.
+      class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
-      integer(long) :: tail
+      integer(long) :: recorded, tail
       integer :: error, ignored
       call begin(self, name)
-      self%bytes = mark%bytes
-      self%whole_bytes = mark%bytes
+      recorded = 0
+      call archive%transfer(self%bytes)
+      call archive%transfer(recorded)
+      if (archive%problem() /= '') then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the checkpoint data cannot be resumed: '//archive%problem())
+         return
+      end if
+      self%whole_bytes = self%bytes
       call open_partial(self, status)
       if (.not. status%ok()) return
-      call get_tail(self%partial, mark%bytes, tail, error)
-      if (error == 0 .and. tail /= mark%tail) then
+      call get_tail(self%partial, self%bytes, tail, error)
+      if (error == 0 .and. tail /= recorded) then
          status = fail(NUTATE_IO, 'its rows have changed')
       else
-         if (error == 0) error = file_truncate(self%descriptor, mark%bytes)
-         if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+         if (error == 0) error = file_truncate(self%descriptor, self%bytes)
+         status = status_of(error)
       end if
       if (.not. status%ok()) call release(self, ignored)
    end subroutine reopen
@@ -190,11 +187,9 @@ contains
       !> Size of the partial file, bytes.
       integer(long), intent(in) :: bytes
       type(status_t), intent(out) :: status
-      integer :: error
       call begin(self, name)
       self%partial = partial_name(name)
-      error = file_open_beside(self%partial//c_null_char, bytes, self%descriptor)
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      status = status_of(file_open_beside(self%partial//c_null_char, bytes, self%descriptor))
    end subroutine open_beside
 
    !> Gives the file a size: cuts it, or fills it with zeros. Errors: `NUTATE_IO`.
@@ -202,9 +197,7 @@ contains
       class(output_file_t), intent(inout) :: self
       integer(long), intent(in) :: bytes
       type(status_t), intent(out) :: status
-      integer :: error
-      error = file_truncate(self%descriptor, bytes)
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      status = status_of(file_truncate(self%descriptor, bytes))
       self%whole_bytes = bytes
    end subroutine resize
 
@@ -215,9 +208,7 @@ contains
       integer(long), intent(in) :: offset
       character(len=*), intent(in), target :: bytes
       type(status_t), intent(out) :: status
-      integer :: error
-      error = file_write_at(self%descriptor, c_loc(bytes(1:1)), len(bytes, c_long_long), offset)
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      status = status_of(file_write_at(self%descriptor, c_loc(bytes(1:1)), len(bytes, c_long_long), offset))
    end subroutine put_at
 
    !> Writes numbers at a position and syncs them to the disk.
@@ -236,24 +227,25 @@ contains
    subroutine sync(self, status)
       class(output_file_t), intent(in) :: self
       type(status_t), intent(out) :: status
-      integer :: error
-      error = file_sync(self%descriptor)
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      status = status_of(file_sync(self%descriptor))
    end subroutine sync
 
-   !> Writes everything to the disk, and returns how far the file is. Errors: `NUTATE_IO`.
-   subroutine mark(self, place, status)
+   !> Writes everything to the disk, and records in checkpoint data how far the file is. Errors: `NUTATE_IO`.
+   subroutine record(self, archive, status)
       class(output_file_t), intent(inout) :: self
-      type(file_mark_t), intent(out) :: place
+      !> Checkpoint data being written.
+      class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
+      integer(long) :: tail
       integer :: error
       call self%flush(status)
+      if (status%ok()) call self%sync(status)
       if (.not. status%ok()) return
-      place%bytes = self%bytes
-      error = file_sync(self%descriptor)
-      if (error == 0) call get_tail(self%partial, place%bytes, place%tail, error)
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
-   end subroutine mark
+      call get_tail(self%partial, self%bytes, tail, error)
+      status = status_of(error)
+      call archive%transfer(self%bytes)
+      call archive%transfer(tail)
+   end subroutine record
 
    !> Computes the checksum of the last bytes of a file before a position.
    subroutine get_tail(path, end, tail, error)
@@ -269,14 +261,6 @@ contains
       if (error == 0) tail = checksum(bytes(1:count))
    end subroutine get_tail
 
-   !> Writes or reads the mark in checkpoint data.
-   subroutine transfer_mark(self, archive)
-      class(file_mark_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      call archive%transfer(self%bytes)
-      call archive%transfer(self%tail)
-   end subroutine transfer_mark
-
    !> Starts writing a regular file under its partial name: after the bytes to be kept, or from its beginning.
    subroutine open_partial(self, status)
       !> Output whose first `whole_bytes` bytes are to be kept.
@@ -288,18 +272,16 @@ contains
       if (error == 0) then
          if (file_kind(self%target//c_null_char) == KIND_REGULAR) error = file_replaceable(self%target//c_null_char)
       end if
-      if (error /= 0) then
-         status = fail(NUTATE_IO, error_text(error))
-         return
-      end if
+      status = status_of(error)
+      if (.not. status%ok()) return
       call move_alloc(partial, self%partial)
       error = file_open_locked(self%partial//c_null_char, self%whole_bytes, self%descriptor)
       if (error == LOCKED) then
          status = fail(NUTATE_IO, 'another run is writing it')
       else if (error == TOO_SHORT) then
          status = fail(NUTATE_IO, 'it has fewer rows than before')
-      else if (error /= 0) then
-         status = fail(NUTATE_IO, error_text(error))
+      else
+         status = status_of(error)
       end if
    end subroutine open_partial
 
@@ -395,10 +377,10 @@ contains
          ! The file is renamed while the lock is held: otherwise another run could empty it in between.
          error = file_settle(self%descriptor)
          if (error == 0) error = file_rename(self%partial//c_null_char, self%target//c_null_char)
-         if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+         status = status_of(error)
       end if
       call release(self, error)
-      if (status%ok() .and. error /= 0) status = fail(NUTATE_IO, error_text(error))
+      if (status%ok()) status = status_of(error)
    end subroutine finish
 
    !> Writes the rest and leaves the partial file as it is. Errors: `NUTATE_IO`.
@@ -409,7 +391,7 @@ contains
       if (self%descriptor < 0) return
       call self%flush(status)
       call release(self, error)
-      if (status%ok() .and. error /= 0) status = fail(NUTATE_IO, error_text(error))
+      if (status%ok()) status = status_of(error)
    end subroutine abandon
 
    !> Writes the rest; gives the file its name if the status is a success. Errors: `NUTATE_IO`; others are kept.
@@ -448,9 +430,7 @@ contains
       character(len=*), intent(in) :: text
       type(status_t), intent(out) :: status
       integer(c_long_long) :: written
-      integer :: error
-      error = file_write(int(descriptor, c_int), text, len(text, c_long_long), c_null_ptr, written)
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      status = status_of(file_write(int(descriptor, c_int), text, len(text, c_long_long), c_null_ptr, written))
    end subroutine write_text
 
    !> Returns true if a descriptor is a terminal.
@@ -497,7 +477,7 @@ contains
       integer :: error
       call find_target(path, replacing_suffix, target, temporary, error)
       if (error == 0) error = file_replace(target//c_null_char, temporary//c_null_char, bytes, len(bytes, c_long_long))
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      status = status_of(error)
    end subroutine replace_file
 
    !> Removes a file; links to it stay. Errors: `NUTATE_IO`.
@@ -508,7 +488,13 @@ contains
       integer :: error
       call find_target(path, replacing_suffix, target, unused, error)
       if (error == 0) error = file_remove(target//c_null_char)
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      status = status_of(error)
    end subroutine remove_file
+
+   !> Returns the status of a call of the system: `NUTATE_IO` with the words for an error number that is not 0.
+   type(status_t) function status_of(error) result(status)
+      integer, intent(in) :: error
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+   end function status_of
 
 end module nutate_files

@@ -7,12 +7,12 @@ module nutate_history
    use nutate_columns, only: columns_t
    use nutate_decimal, only: append_rounded, decimal_t, decimal_length
    use nutate_epoch, only: epoch_t
-   use nutate_files, only: file_mark_t, output_file_t
+   use nutate_files, only: output_file_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
    use nutate_propagated, only: propagated_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -105,15 +105,11 @@ contains
       logical, intent(in), optional :: backward
       type(epoch_t), intent(in), optional :: epoch
       type(propagated_t), intent(in), optional :: propagated
-      type(file_mark_t) :: mark
       call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
       if (.not. status%ok()) return
-      call transfer_values(self, archive, mark)
-      if (archive%problem() /= '') then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the checkpoint data cannot be resumed: '//archive%problem())
-      else
-         call self%file%reopen(name, mark, status)
-      end if
+      call archive%transfer(self%rows)
+      call self%columns%transfer(archive)
+      call self%file%reopen(name, archive, status)
    end subroutine reopen_history
 
    !> Records in checkpoint data how far the history is, after all of it has been written to the disk. Errors:
@@ -123,19 +119,10 @@ contains
       !> Checkpoint data being written.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
-      type(file_mark_t) :: mark
-      call self%file%mark(mark, status)
-      if (status%ok()) call transfer_values(self, archive, mark)
-   end subroutine transfer_history
-
-   subroutine transfer_values(self, archive, mark)
-      class(history_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      type(file_mark_t), intent(inout) :: mark
       call archive%transfer(self%rows)
       call self%columns%transfer(archive)
-      call mark%transfer(archive)
-   end subroutine transfer_values
+      call self%file%record(archive, status)
+   end subroutine transfer_history
 
    !> Prepares the history for rows of the requested columns.
    subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
