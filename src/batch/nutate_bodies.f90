@@ -162,11 +162,7 @@ contains
       type(status_t), intent(out) :: status
       !> Class of each body; default: the first; shape (n).
       integer, intent(in), contiguous, optional :: class_of(:)
-      if (present(class_of)) then
-         call move(self, movement_t(dt, .true., .true., .true.), q, l, torque, class_of, status)
-      else
-         call move(self, movement_t(dt, .true., .true.), q, l, torque, one_class, status)
-      end if
+      call move(self, movement_t(dt, .true., .true.), q, l, torque, status, class_of)
    end subroutine step
 
    !> Changes the momenta by Δt τ, or the angular velocities by Δt J⁻¹τ.
@@ -185,11 +181,7 @@ contains
       type(status_t), intent(out) :: status
       !> Class of each body; default: the first; shape (n).
       integer, intent(in), contiguous, optional :: class_of(:)
-      if (present(class_of)) then
-         call move(self, movement_t(dt, .true., .false., .true.), q, l, torque, class_of, status)
-      else
-         call move(self, movement_t(dt, .true., .false.), q, l, torque, one_class, status)
-      end if
+      call move(self, movement_t(dt, .true., .false.), q, l, torque, status, class_of)
    end subroutine kick
 
    !> Moves the bodies without torques.
@@ -206,27 +198,24 @@ contains
       type(status_t), intent(out) :: status
       !> Class of each body; default: the first; shape (n).
       integer, intent(in), contiguous, optional :: class_of(:)
-      if (present(class_of)) then
-         call move(self, movement_t(dt, .false., .true., .true.), q, l, no_torque, class_of, status)
-      else
-         call move(self, movement_t(dt, .false., .true.), q, l, no_torque, one_class, status)
-      end if
+      call move(self, movement_t(dt, .false., .true.), q, l, no_torque, status, class_of)
    end subroutine drift
 
    !> Tests the shapes of a call and performs it.
-   subroutine move(self, what, q, l, torque, class_of, status)
+   subroutine move(self, what, q, l, torque, status, class_of)
       type(bodies_t), intent(inout) :: self
       type(movement_t), intent(in) :: what
       real(wp), intent(inout), contiguous :: q(:, :), l(:, :)
       real(wp), intent(in), contiguous :: torque(:, :)
-      integer, intent(in), contiguous :: class_of(:)
       type(status_t), intent(out) :: status
+      integer, intent(in), contiguous, optional :: class_of(:)
       type(movement_t) :: whole
       integer :: n
       n = size(q, 2)
       whole = what
       whole%frame = self%frame
       whole%threads = self%threads
+      whole%classed = present(class_of)
       if (.not. allocated(self%classes)) status = fail(NUTATE_BAD_ARGUMENT, 'the bodies are not set up', 'classes')
       if (size(q, 1) /= 4 .or. any(shape(l) /= [3, n])) &
          status = fail(NUTATE_BAD_ARGUMENT, 'wrong shapes (expected q(4,n) and l(3,n))', 'q')
@@ -234,13 +223,15 @@ contains
          if (any(shape(torque) /= [3, n])) &
             status = fail(NUTATE_BAD_ARGUMENT, 'wrong shape (expected torque(3,n))', 'torque')
       end if
-      if (what%classed) then
+      if (present(class_of)) then
          if (size(class_of) /= n) status = fail(NUTATE_BAD_ARGUMENT, 'wrong shape (expected class_of(n))', 'class_of')
       end if
-      if (status%ok()) then
+      if (.not. status%ok()) then
+         self%failed = [integer ::]
+      else if (present(class_of)) then
          call move_bodies(self%classes, whole, n, q, l, torque, class_of, self%failed, status)
       else
-         self%failed = [integer ::]
+         call move_bodies(self%classes, whole, n, q, l, torque, one_class, self%failed, status)
       end if
    end subroutine move
 
