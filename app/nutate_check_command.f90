@@ -375,9 +375,7 @@ contains
       if (key%default == '' .or. group%has(trim(key%name))) return
       takes = key%beside == ''
       associate (names => split_list(key%beside))
-         do i = 1, size(names)
-            if (group%has(trim(names(i)))) takes = .true.
-         end do
+         takes = takes .or. any([(group%has(trim(names(i))), i=1, size(names))])
       end associate
    end function takes_default
 

@@ -10,7 +10,7 @@ module nutate_cost_command
    use nutate_decimal, only: rounded_text
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_gnuplot, only: picture_t
-   use nutate_outputs, only: outputs_t, picture_kind, COSTS
+   use nutate_outputs, only: discard_file, outputs_t, picture_kind, COSTS
    use nutate_plot_command, only: open_picture
    use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
@@ -45,7 +45,9 @@ contains
       type(problem_t) :: problem
 
       call load_scene(command, scene, exit_code)
-      if (exit_code == EXIT_SUCCESS) call refuse_derivatives(scene, exit_code)
+      ! The study measures runs without derivatives.
+      if (exit_code == EXIT_SUCCESS .and. propagated_fault(scene) /= '') &
+         call say_error(propagated_fault(scene), exit_code, EXIT_INPUT)
       if (exit_code == EXIT_SUCCESS) call refuse_switches(scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       call open_outputs(command, scene, outputs, exit_code)
@@ -145,7 +147,7 @@ contains
 
    subroutine discard_outputs(outputs)
       type(study_files_t), intent(inout) :: outputs
-      if (outputs%has_csv) call outputs%csv%discard()
+      if (outputs%has_csv) call discard_file(outputs%csv%file)
       if (outputs%has_plot) call outputs%plot%discard()
    end subroutine discard_outputs
 
@@ -226,19 +228,11 @@ contains
       if (outputs%has_plot) call outputs%plot%discard()
       if (outputs%has_csv) then
          call outputs%csv%write(study, .false., status)
-         if (status%ok() .and. outputs%csv%kept_in() /= '') &
-            line = line//'; kept in '//printable_path(outputs%csv%kept_in())
+         if (status%ok() .and. outputs%csv%file%kept_in() /= '') &
+            line = line//'; kept in '//printable_path(outputs%csv%file%kept_in())
       end if
       call say_error(line)
    end subroutine keep_runs
-
-   !> Rejects a scene whose columns are derivatives: the study measures runs without them.
-   subroutine refuse_derivatives(scene, exit_code)
-      type(scene_t), intent(in) :: scene
-      integer, intent(inout) :: exit_code
-      if (propagated_fault(scene) == '') return
-      call say_error(propagated_fault(scene), exit_code, EXIT_INPUT)
-   end subroutine refuse_derivatives
 
    !> Rejects a scene whose events switch effects: the study runs without events, so its motion would differ.
    subroutine refuse_switches(scene, exit_code)

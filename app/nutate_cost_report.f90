@@ -2,7 +2,7 @@
 module nutate_cost_report
    use nutate_console, only: count_text, page_t
    use nutate_decimal, only: decimal_length, decimal_t, rounded_text
-   use nutate_outputs, only: close_file, discard_file
+   use nutate_outputs, only: close_file
    use nutate_files, only: output_file_t
    use nutate_invariants, only: conserved_momentum, NO_COMPONENT
    use nutate_kinds, only: long, wp
@@ -42,17 +42,13 @@ module nutate_cost_report
 
    !> CSV file that is being written.
    type :: cost_csv_t
-      type(output_file_t), private :: file
+      type(output_file_t) :: file
       logical :: on_standard_output = .false.
    contains
       !> Claims the file.
       procedure :: open
       !> Writes the runs and gives the file its name.
       procedure :: write
-      !> Discards the file.
-      procedure :: discard
-      !> Returns the file that keeps the runs of a stopped study; blank if they are not in a file.
-      procedure :: kept_in
    end type cost_csv_t
 
 contains
@@ -270,7 +266,8 @@ contains
             call page%item('reference', "the exact motion of Lagrange's top, good"//known)
          case (AGREED)
             call page%item('reference', method_label(reference%pair(1))//' and '//method_label(reference%pair(2)))
-            call page%item('', 'agree'//known//': '//digits_text(reference%uncertainty))
+            call page%item('', 'agree'//known//': '// &
+                           count_text(int(-log10(reference%uncertainty), long))//' digits')
          case default
             call page%item('reference', 'none: '//method_label(reference%pair(1))//' and '// &
                            method_label(reference%pair(2)))
@@ -283,14 +280,6 @@ contains
          end select
       end associate
    end subroutine add_reference
-
-   !> Returns in words the number of digits that an uncertainty leaves.
-   pure function digits_text(uncertainty) result(text)
-      !> Uncertainty, rad.
-      real(wp), intent(in) :: uncertainty
-      character(len=:), allocatable :: text
-      text = count_text(int(-log10(uncertainty), long))//' digits'
-   end function digits_text
 
    !> Adds all runs, method by method.
    subroutine add_table(page, study)
@@ -407,19 +396,6 @@ contains
       self%on_standard_output = name == '-' .or. name == '/dev/stdout' .or. name == '/dev/fd/1'
       call self%file%open(name, status)
    end subroutine open
-
-   !> Discards the file.
-   subroutine discard(self)
-      class(cost_csv_t), intent(inout) :: self
-      call discard_file(self%file)
-   end subroutine discard
-
-   !> Returns the file that keeps the runs of a stopped study; blank if they are not in a file.
-   function kept_in(self) result(name)
-      class(cost_csv_t), intent(in) :: self
-      character(len=:), allocatable :: name
-      name = self%file%kept_in()
-   end function kept_in
 
    !> Writes all runs, method by method, longest step first. A complete file gets its name; another one stays partial.
    !> Errors: `NUTATE_IO`.

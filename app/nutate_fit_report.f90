@@ -91,7 +91,6 @@ contains
                call table%put('not identifiable')
             else
                call table%put(value_with_error(values(i), errors(i)))
-               call table%put('')
             end if
          end do
       end associate

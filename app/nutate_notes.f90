@@ -162,9 +162,8 @@ contains
       end if
       call note_symmetry(scene%system%body, notes)
       ! Potentials and rotors can make any axis stable.
-      associate (effects => scene%system%effects)
-         if (effects%n_potentials + effects%n_rotors == 0) call note_instability(scene, omega, notes)
-      end associate
+      if (scene%system%effects%n_potentials + scene%system%effects%n_rotors == 0) &
+         call note_instability(scene, omega, notes)
    end subroutine scene_notes
 
    !> Notes a body that is symmetric up to a difference that may be rounding of its input.

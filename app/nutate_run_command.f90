@@ -52,6 +52,7 @@ contains
       type(scene_t) :: scene
       type(picture_t) :: picture
       type(byte_archive_t), allocatable :: archive
+      type(recorded_t), allocatable :: sampled
 
       call load_scene(command, scene, exit_code)
       if (exit_code == EXIT_SUCCESS) scene%output%columns = usual_sets(scene)
@@ -64,22 +65,13 @@ contains
       call run_scene(command, scene, archive, exit_code)
       if (.not. allocated(command%plot)) return
       if (exit_code == EXIT_SUCCESS) then
-         call draw_run(command, scene, picture, exit_code)
+         ! Rows nearer to each other than those of the run, if these are too far apart.
+         call sample_rows(command, scene, sampled)
+         call draw_file(command, scene%output%file, command%plot, scene%title, picture, exit_code, sampled)
       else
          call picture%discard()
       end if
    end subroutine run_command
-
-   !> Draws the rows of a run, or rows nearer to each other if those are too far apart.
-   subroutine draw_run(command, scene, picture, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      type(picture_t), intent(inout) :: picture
-      integer, intent(inout) :: exit_code
-      type(recorded_t), allocatable :: sampled
-      call sample_rows(command, scene, sampled)
-      call draw_file(command, scene%output%file, command%plot, scene%title, picture, exit_code, sampled)
-   end subroutine draw_run
 
    !> Claims the file of the picture before any time is spent.
    subroutine claim_picture(command, scene, picture, exit_code)
@@ -257,7 +249,7 @@ contains
          call report_signal(scene)
          exit_code = EXIT_SIGNAL + caught_signal()
       else
-         call report_output(scene, status)
+         call report_output(scene, status, '')
          exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
       end if
    end subroutine open_history
@@ -373,7 +365,7 @@ contains
       call watcher%checkpoint%remove(status)
       if (.not. status%ok()) then
          exit_code = EXIT_OUTPUT
-         call report_checkpoint('remove', watcher, status)
+         call report_checkpoint('remove', watcher, status, '')
       end if
       if (.not. command%quiet) call show_page(summary_page(scene, watcher, run), STANDARD_ERROR, exit_code)
    end subroutine complete
@@ -427,7 +419,7 @@ contains
       type(status_t), intent(out) :: status
       if (abs(state%t - self%t_first) > 0.5_wp*abs(self%duration)) return
       self%runs = self%runs + 1
-      call self%progress%name('trial run '//count_text(self%runs))
+      self%progress%label = 'trial run '//count_text(self%runs)
    end subroutine count_run
 
    !> Shows the progress, and ends the runs on a signal.

@@ -32,11 +32,8 @@ contains
       type(scene_t), intent(in) :: scene
       type(status_t), intent(in) :: status
       !> Location of the rows, as `kept_rows` returns it.
-      character(len=*), intent(in), optional :: kept
-      character(len=:), allocatable :: line
-      line = 'nutate: cannot write '//output_name(scene)//': '//trim(status%message)
-      if (present(kept)) line = line//kept
-      call say_error(line)
+      character(len=*), intent(in) :: kept
+      call say_error('nutate: cannot write '//output_name(scene)//': '//trim(status%message)//kept)
    end subroutine report_output
 
    !> Reports that the checkpoint cannot be written or removed.
@@ -46,12 +43,9 @@ contains
       type(run_watcher_t), intent(in) :: watcher
       type(status_t), intent(in) :: status
       !> Location of the rows, as `kept_rows` returns it.
-      character(len=*), intent(in), optional :: kept
-      character(len=:), allocatable :: line
-      line = 'nutate: cannot '//what//' checkpoint '//printable_path(watcher%checkpoint%file)//': '// &
-             trim(status%message)
-      if (present(kept)) line = line//kept
-      call say_error(line)
+      character(len=*), intent(in) :: kept
+      call say_error('nutate: cannot '//what//' checkpoint '//printable_path(watcher%checkpoint%file)//': '// &
+                     trim(status%message)//kept)
    end subroutine report_checkpoint
 
    !> Reports when and why a run failed, and the location of its rows.
@@ -387,9 +381,7 @@ contains
          name = name//" '"//trim(effects%torques(i)%item%label)//"'"
          return
       end if
-      do k = 1, effects%n_torques
-         same(k) = effects%torques(k)%item%name == name
-      end do
+      same = [(effects%torques(k)%item%name == name, k=1, effects%n_torques)]
       if (count(same) > 1) name = name//' '//count_text(count(same(1:i), kind=long))
    end function torque_name
 

@@ -61,13 +61,11 @@ module nutate_run_watcher
       logical :: enabled = .false.
       logical :: visible = .false.
       !> Label before the bar.
-      character(len=24) :: label = ''
+      character(len=24), public :: label = ''
       integer(long) :: started = 0, next = 0, rate = 1
    contains
       !> Starts the clock.
       procedure :: start => start_bar
-      !> Sets the label of the bar.
-      procedure :: name
       !> Updates the bar, if an update is due.
       procedure :: update
       !> Removes the bar.
@@ -99,7 +97,7 @@ module nutate_run_watcher
       !> Stores the first state; the history must be open.
       procedure :: start
       !> Restores the data that `save_checkpoint` wrote into an archive; after `start`.
-      procedure :: resume
+      procedure :: resume => transfer_values
       !> Returns the wall time so far, s.
       procedure :: seconds
       procedure :: observe => write_row
@@ -147,13 +145,6 @@ contains
       call system_clock(self%started, self%rate)
       self%next = self%started + int(patience*real(self%rate, wp), long)
    end subroutine start_bar
-
-   !> Sets the label of the bar.
-   subroutine name(self, label)
-      class(progress_bar_t), intent(inout) :: self
-      character(len=*), intent(in) :: label
-      self%label = label
-   end subroutine name
 
    !> Updates the bar, if an update is due.
    subroutine update(self, fraction, now)
@@ -219,14 +210,6 @@ contains
       call system_clock(self%started, self%rate)
       call self%progress%start(wanted=.not. quiet)
    end subroutine start
-
-   !> Restores the data that `save_checkpoint` wrote into an archive; after `start`.
-   subroutine resume(self, archive)
-      class(run_watcher_t), intent(inout) :: self
-      !> Archive that is being read.
-      type(byte_archive_t), intent(inout) :: archive
-      call transfer_values(self, archive)
-   end subroutine resume
 
    !> Writes or reads the data kept from row to row, without those of the history, which are first in an archive.
    subroutine transfer_values(self, archive)

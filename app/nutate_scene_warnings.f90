@@ -156,10 +156,8 @@ contains
    pure logical function columns_use_orbit(scene) result(uses)
       type(scene_t), intent(in) :: scene
       integer :: i
-      uses = .false.
-      do i = 1, size(quantities)
-         if (depends_on_orbit(quantities(i))) uses = uses .or. any(scene%output%columns == set_of(quantities(i)))
-      end do
+      uses = any([(depends_on_orbit(quantities(i)) .and. any(scene%output%columns == set_of(quantities(i))), &
+                   i=1, size(quantities))])
    end function columns_use_orbit
 
    !> Notes sampled controllers whose rate gain, held over a sample, does more than reverse the rate, and wheels that
@@ -228,7 +226,7 @@ contains
       allocate (kinds, source=effect_kinds())
       told = .false.
       do i = 1, size(groups)
-         if (.not. is_effect(groups(i), kinds)) cycle
+         if (.not. any(kinds%group%name == groups(i)%name)) cycle
          do k = 1, i - 1
             if (told(i) .or. .not. are_alike(groups(i), groups(k))) cycle
             call add_note(notes, 'a group &'//trim(groups(i)%name)//' appears twice: its effect counts twice')
@@ -236,16 +234,6 @@ contains
          end do
       end do
    end subroutine note_twins
-
-   pure logical function is_effect(group, kinds)
-      type(group_t), intent(in) :: group
-      type(effect_kind_t), intent(in) :: kinds(:)
-      integer :: k
-      is_effect = .false.
-      do k = 1, size(kinds)
-         if (kinds(k)%group%name == group%name) is_effect = .true.
-      end do
-   end function is_effect
 
    !> Returns true if two groups of a name give the same keys the same values, in any order.
    pure logical function are_alike(a, b)

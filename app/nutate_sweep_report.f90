@@ -173,6 +173,7 @@ contains
       type(sweep_sums_t) :: sums
       type(status_t) :: status
       type(page_t) :: page
+      real(wp) :: seconds
       integer(long) :: first_failed
       integer :: shown
       first_failed = 0
@@ -189,7 +190,11 @@ contains
       if (quiet .and. exit_code == 0) return
       call page%line(printable_path(scene%file)//': '//scene%title)
       call add_space_axes(page, scene)
-      if (present(watcher)) call add_time(page, members, watcher)
+      if (present(watcher)) then
+         seconds = max(watcher%seconds(), 1e-9_wp)
+         call page%item('wall time', rounded_text(seconds, 3)//' s, '// &
+                        rounded_text(real(members - max(watcher%before, 0_long), wp)/seconds, 3)//' members a second')
+      end if
       call add_members(page, scene, sums, first_failed)
       call add_fields(page, layout, sums)
       call page%item('arithmetic', arithmetic_in_words())
@@ -197,16 +202,6 @@ contains
                      plural(int(layout%width(), long), 'field')//' in '//printable_path(name))
       call show_page(page, STANDARD_ERROR, shown)
    end subroutine show_summary
-
-   subroutine add_time(page, members, watcher)
-      type(page_t), intent(inout) :: page
-      integer(long), intent(in) :: members
-      type(sweep_progress_t), intent(in) :: watcher
-      real(wp) :: seconds
-      seconds = max(watcher%seconds(), 1e-9_wp)
-      call page%item('wall time', rounded_text(seconds, 3)//' s, '// &
-                     rounded_text(real(members - max(watcher%before, 0_long), wp)/seconds, 3)//' members a second')
-   end subroutine add_time
 
    !> Adds the number of members with each status, and the first that failed.
    subroutine add_members(page, scene, sums, first_failed)

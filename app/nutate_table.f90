@@ -301,10 +301,7 @@ contains
       !> Line of the head, 1 or 2.
       integer, intent(in) :: i
       integer :: k
-      has_head = .false.
-      do k = 1, size(columns)
-         has_head = has_head .or. columns(k)%head(i)%text /= ''
-      end do
+      has_head = any([(columns(k)%head(i)%text /= '', k=1, size(columns))])
    end function has_head
 
    !> Returns a line of the head, aligned with the right end of numbers and the left end of text.
