@@ -86,7 +86,8 @@ contains
              '"seconds of motion per second":'//exact_text(speed)//'}},'
       text = text//'"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"name":"space axes",'// &
              '"rotation":[-0.7071067811865476,0,0,0.7071067811865476],"children":[1]},'// &
-             '{"name":'//json_text(name)//',"mesh":0,"rotation":'//json_list(rotations(:, 1))//'}],'
+             '{"name":"'//escaped(name, '"'//backslash, backslash)//'","mesh":0,"rotation":'// &
+             json_list(rotations(:, 1))//'}],'
       text = text//'"meshes":[{"primitives":[{"attributes":{"POSITION":2},"indices":3,"material":0}]}],'// &
              '"materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.62,0.6,0.55,1],"metallicFactor":0,'// &
              '"roughnessFactor":0.8},"doubleSided":true}],'
@@ -199,13 +200,6 @@ contains
       end do
       text = text//']'
    end function json_list
-
-   !> Returns an ASCII string in quotes.
-   pure function json_text(x) result(text)
-      character(len=*), intent(in) :: x
-      character(len=:), allocatable :: text
-      text = '"'//escaped(x, '"'//backslash, backslash)//'"'
-   end function json_text
 
    !> Returns bytes in base 64.
    pure function base64(bytes) result(text)

@@ -10,7 +10,6 @@ submodule(nutate_columns) nutate_columns_procedures
    use nutate_motion, only: find_motion, motion_t
    use nutate_moving_frame, only: has_time, see_from_frame
    use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_space
-   use nutate_orbit, only: orbit_t
    use nutate_propagated_columns, only: propagated_headers, propagated_values, propagated_width, is_by_free, &
       SENSITIVITIES
    use nutate_quantities, only: find_missing, find_set, headers_of, last_of_set, quantities, quantity_t, set_names, &
@@ -203,9 +202,8 @@ contains
       if (allocated(self%followed)) deallocate (self%followed)
       allocate (self%followed(size(self%chosen)))
       do i = 1, size(self%angle_sets)
-         associate (set => self%angle_sets(i))
-            call self%followed(set)%start(quantities(self%chosen(set))%sequence, state%q, omega)
-         end associate
+         call self%followed(self%angle_sets(i))%start(quantities(self%chosen(self%angle_sets(i)))%sequence, &
+                                                      state%q, omega)
       end do
    end procedure start
 
@@ -326,7 +324,8 @@ contains
          select case (quantities(first)%kind)
          case (Q_ORBIT_POSITION)
             values = 0.0_wp
-            if (system%effects%on_orbit) values = place_on_orbit(system%effects%orbit, state%t)
+            if (system%effects%on_orbit) values = [system%effects%orbit%path%position(state%t), &
+               system%effects%orbit%path%radius(state%t), system%effects%orbit%path%true_anomaly(state%t)]
          case (Q_ECLIPSE)
             values = 0.0_wp
             if (system%effects%on_orbit) values(2) = system%effects%orbit%shadow_depth(state%t)
@@ -351,15 +350,6 @@ contains
          end select
       end associate
    end subroutine write_part
-
-   !> Returns the position on an orbit, inertial axes, m, the distance, m, and the true anomaly, rad; shape (5).
-   pure function place_on_orbit(orbit, t) result(values)
-      type(orbit_t), intent(in) :: orbit
-      !> Time, s.
-      real(wp), intent(in) :: t
-      real(wp) :: values(5)
-      values = [orbit%path%position(t), orbit%path%radius(t), orbit%path%true_anomaly(t)]
-   end function place_on_orbit
 
    !> Returns the attitude relative to a frame, and its angle, rad; not finite if the attitude of the frame is not
    !> known, which ends a run. Shape (5).

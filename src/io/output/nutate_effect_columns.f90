@@ -72,9 +72,7 @@ contains
       integer :: i
       energies = 0.0_wp
       do i = 1, effects%n_potentials
-         associate (potential => effects%potentials(i))
-            energies(potential%place) = energy_of(effects, i, state%q, state%t)
-         end associate
+         energies(effects%potentials(i)%place) = energy_of(effects, i, state%q, state%t)
       end do
    end function energies_of
 
@@ -106,10 +104,7 @@ contains
    pure logical function can_switch(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      can_switch = .false.
-      do i = 1, effects%n_potentials + effects%n_off
-         can_switch = can_switch .or. effects%potentials(i)%item%label /= ''
-      end do
+      can_switch = any([(effects%potentials(i)%item%label /= '', i=1, effects%n_potentials + effects%n_off)])
    end function can_switch
 
    !> Returns names with numbers after those that occur several times, and without characters that the header of a table

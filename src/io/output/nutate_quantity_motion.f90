@@ -280,10 +280,8 @@ contains
       real(wp) :: q(4), angle
       x = 0.0_wp
       if (quantity%number > system%effects%n_frames) return
-      associate (frame => system%effects%frames(quantity%number))
-         call see_from_frame(frame, motion%state%t, &
-                             quat_product(system%effects%space_axes(motion%state%t), motion%state%q), q, angle)
-      end associate
+      call see_from_frame(system%effects%frames(quantity%number), motion%state%t, &
+                          quat_product(system%effects%space_axes(motion%state%t), motion%state%q), q, angle)
       x = merge(angle, q(component), quantity%kind == Q_FRAME_ANGLE)
    end function frame_value
 

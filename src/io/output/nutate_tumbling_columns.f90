@@ -25,9 +25,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: values(tumbling_width), l(3)
       type(tumbling_t) :: elements
-      associate (body => system%body)
-         elements = tumbling_elements(body%moments, matmul(body_momentum(state), body%axes))
-      end associate
+      elements = tumbling_elements(system%body%moments, matmul(body_momentum(state), system%body%axes))
       values(:LONGITUDE - 1) = numbers_of(elements)
       l = space_momentum(state)
       values(LONGITUDE:LATITUDE) = [atan2(l(2), l(1)), atan2(l(3), hypot(l(1), l(2)))]
@@ -40,9 +38,7 @@ contains
       !> Angular momentum, body axes, N m s; shape (3).
       real(wp), intent(in) :: momentum(3)
       real(wp) :: values(LONGITUDE - 1)
-      associate (body => system%body)
-         values = numbers_of(tumbling_elements(body%moments, matmul(momentum, body%axes)))
-      end associate
+      values = numbers_of(tumbling_elements(system%body%moments, matmul(momentum, system%body%axes)))
    end function elements_of
 
    !> Returns the columns before those of the pole for tumbling elements; shape (5).

@@ -126,18 +126,6 @@ contains
       end if
    end subroutine check_free
 
-   !> Raises an error if an accuracy is requested and wheels or controllers rule it out.
-   subroutine check_control(effects, plan, integrator, error)
-      type(effect_list_t), intent(in) :: effects
-      type(run_plan_t), intent(in) :: plan
-      !> The group `&integrator`.
-      type(group_t), intent(in) :: integrator
-      type(scene_error_t), intent(inout) :: error
-      if (plan%goal%accuracy > 0.0_wp .and. needs_control(effects)) &
-         call error%raise(integrator%line_of('accuracy'), beyond_accuracy(effects, .false.), &
-                          expected='time_step or local_tolerance')
-   end subroutine check_control
-
    !> Builds the parts from groups that have been checked one by one.
    subroutine build_scene(path, scene, error)
       character(len=*), intent(in) :: path
@@ -188,15 +176,14 @@ contains
       type(scene_t), intent(inout) :: scene
       type(scene_error_t), intent(inout) :: error
       real(wp) :: q(4), omega(3)
-      associate (folder => scene%file(1:index(scene%file, '/', back=.true.)))
-         call read_effect_table(scene%groups(place_of(scene%groups, 'body')), folder, error)
-      end associate
+      character(len=:), allocatable :: folder
+      folder = scene%file(1:index(scene%file, '/', back=.true.))
+      call read_effect_table(scene%groups(place_of(scene%groups, 'body')), folder, error)
       if (error%raised) return
       call build_body(first_group(scene%groups, 'body'), scene%system%body, scene%shape, error)
       if (error%raised) return
       if (.not. allocated(scene%nominal)) scene%nominal = scene%system%body
-      call build_effects(scene%groups, scene%system, error, scene%file(1:index(scene%file, '/', back=.true.)), &
-                         scene%nominal)
+      call build_effects(scene%groups, scene%system, error, folder, scene%nominal)
       if (error%raised) return
       associate (effects => scene%system%effects)
          scene%named_potentials = effects%n_potentials + effects%n_off
@@ -215,7 +202,9 @@ contains
       type(scene_error_t), intent(inout) :: error
       associate (groups => scene%groups, effects => scene%system%effects)
          associate (integrator => groups(place_of(groups, 'integrator')))
-            call check_control(effects, scene%plan, integrator, error)
+            if (scene%plan%goal%accuracy > 0.0_wp .and. needs_control(effects)) &
+               call error%raise(integrator%line_of('accuracy'), beyond_accuracy(effects, .false.), &
+                                expected='time_step or local_tolerance')
             if (error%raised) return
             call check_tables(groups, effects, scene%plan, integrator, error)
             call check_varying(groups, scene%system, scene%plan, integrator, error)
@@ -264,13 +253,6 @@ contains
       weighs = any([(abs(effects%potentials(i)%item%by_center) > 0.0_wp, i=1, effects%n_potentials + effects%n_off)])
    end function weighs
 
-   !> Returns the text of a range of times, s.
-   pure function range_text(start, stop) result(text)
-      real(wp), intent(in) :: start, stop
-      character(len=:), allocatable :: text
-      text = rounded_text(start)//' to '//rounded_text(stop)//' s'
-   end function range_text
-
    !> Raises an error for a run that goes beyond the table of an orbit.
    subroutine check_tables(groups, effects, plan, integrator, error)
       type(group_t), intent(in) :: groups(:)
@@ -285,7 +267,7 @@ contains
       do i = 1, size(effects%orbits)
          if (.not. allocated(effects%orbits(i)%path%track)) cycle
          associate (track => effects%orbits(i)%path%track)
-            range = range_text(track%curve%x(0), track%curve%x(track%curve%n))
+            range = rounded_text(track%curve%x(0))//' to '//rounded_text(track%curve%x(track%curve%n))//' s'
             if (.not. track_contains(track, 0.0_wp)) call error%raise( &
                line_of_table(effects%orbits(i)%label), 'the table of &orbit goes from '//range, &
                expected='one that contains t = 0')

@@ -75,15 +75,8 @@ contains
       integer :: i
       stem = lower_case(name)//' '
       i = verify(stem, 'abcdefghijklmnopqrstuvwxyz')
-      is_one_of = any(names == stem(:i - 1)) .or. any(names == name_with_digits(stem))
+      is_one_of = any(names == stem(:i - 1)) .or. any(names == stem(:scan(stem, ' _') - 1))
    end function is_one_of
-
-   !> Returns the first word of a name, up to a blank or `_`.
-   pure function name_with_digits(name) result(word)
-      character(len=*), intent(in) :: name
-      character(len=:), allocatable :: word
-      word = name(:scan(name, ' _') - 1)
-   end function name_with_digits
 
    !> Returns one name for frames that have several.
    pure function standard_frame(frame) result(name)

@@ -3,7 +3,7 @@
 module nutate_scene_table
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_checksum, only: checksum
-   use nutate_body, only: body_t, make_body, symmetric
+   use nutate_body, only: body_t, make_body
    use nutate_center_change, only: center_change_t, make_tabulated_center
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_keys, only: group_t, table_t
@@ -322,10 +322,7 @@ contains
    pure logical function in_another_order(axes, expected)
       integer, intent(in) :: axes(:), expected(:)
       integer :: i
-      in_another_order = any(axes /= expected)
-      do i = 1, size(expected)
-         in_another_order = in_another_order .and. any(axes == expected(i))
-      end do
+      in_another_order = any(axes /= expected) .and. all([(any(axes == expected(i)), i=1, size(expected))])
    end function in_another_order
 
    !> Returns the description of a valid header: of times, of a torque about an axis, of the components of a torque, of

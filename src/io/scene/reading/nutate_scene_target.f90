@@ -177,22 +177,14 @@ contains
          target%value = i
          target%name = stem
          if (count > 1) target%name = stem//'.'//count_text(i)
-         call check_new(line, used, plan%targets, target, error)
-         if (error%raised) return
+         if (any(plan%targets%group == target%group .and. plan%targets%setting == target%setting .and. &
+                 plan%targets%value == target%value)) then
+            call error%raise(line, trim(target%name)//' is '//used//' twice', expected='each number once')
+            return
+         end if
          plan%targets = [plan%targets, target]
          n = n + 1
       end do
    end subroutine add_each
-
-   !> Raises an error for a number that is already a target.
-   subroutine check_new(line, used, targets, target, error)
-      integer, intent(in) :: line
-      character(len=*), intent(in) :: used
-      type(target_t), intent(in) :: targets(:), target
-      type(scene_error_t), intent(inout) :: error
-      if (any(targets%group == target%group .and. targets%setting == target%setting .and. &
-              targets%value == target%value)) &
-         call error%raise(line, trim(target%name)//' is '//used//' twice', expected='each number once')
-   end subroutine check_new
 
 end module nutate_scene_target
