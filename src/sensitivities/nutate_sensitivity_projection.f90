@@ -115,10 +115,8 @@ contains
          if (variation%effects(m)%kind /= OF_POTENTIAL) cycle
          do i = 1, effects%n_potentials
             if (effects%potentials(i)%place /= variation%effects(m)%place) cycle
-            associate (potential => effects%potentials(i)%item)
-               turns = turns .or. &
-                       any(abs(cross(axis, potential%direction_change(variation%effects(m)%change, t))) > 0.0_wp)
-            end associate
+            turns = turns .or. any(abs(cross(axis, effects%potentials(i)%item%direction_change( &
+                                                   variation%effects(m)%change, t))) > 0.0_wp)
          end do
       end do
    end function turns_axis

@@ -152,19 +152,12 @@ contains
 
    module procedure inertia_of
       change = self%inertia(:, :, m)
-      if (effects%varies) call add_since_start(effects, self%variations(self%parametric(m)), t, change)
+      if (.not. effects%varies) return
+      associate (variation => self%variations(self%parametric(m)))
+         change = change + (added_inertia(variation, effects, 0, t, t, 1.0_wp) - &
+                            added_inertia(variation, effects, 0, 0.0_wp, 0.0_wp, 1.0_wp))
+      end associate
    end procedure inertia_of
-
-   !> Adds the change of what effects have added to J since t = 0.
-   pure subroutine add_since_start(effects, variation, t, change)
-      type(effect_list_t), intent(in) :: effects
-      type(variation_t), intent(in) :: variation
-      !> Time, s.
-      real(wp), intent(in) :: t
-      real(wp), intent(inout) :: change(3, 3)
-      change = change + (added_inertia(variation, effects, 0, t, t, 1.0_wp) - &
-                         added_inertia(variation, effects, 0, 0.0_wp, 0.0_wp, 1.0_wp))
-   end subroutine add_since_start
 
    module procedure rates
       real(wp) :: omega(3), own(3, self%n), inverse(3, 3)

@@ -418,9 +418,8 @@ contains
          end associate
       end do
       do i = 1, effects%n_torques
-         associate (item => effects%torques(i)%item)
-            if (item%follows(path)) there = changes(self, item, OF_TORQUE, i, 'orbit', change)
-         end associate
+         if (effects%torques(i)%item%follows(path)) &
+            there = changes(self, effects%torques(i)%item, OF_TORQUE, i, 'orbit', change)
       end do
       do i = 1, effects%n_wheels
          if (effects%wheels(i)%follows(path)) &

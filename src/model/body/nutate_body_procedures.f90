@@ -220,22 +220,16 @@ contains
       largest = maxval(body%moments)
       if (largest > greatest_number .or. (largest > 0.0_wp .and. largest < least_size)) then
          status = wrong_size()
-         return
-      end if
-      if (largest <= 0.0_wp .or. any(body%moments < -8*eps*largest)) then
+      else if (largest <= 0.0_wp .or. any(body%moments < -8*eps*largest)) then
          status = fail(NUTATE_BAD_BODY, 'the inertia is not positive definite: every principal moment must be '// &
                        'positive', 'inertia')
-         return
-      end if
-      if (any(body%moments <= 8*eps*largest)) then
+      else if (any(body%moments <= 8*eps*largest)) then
          status = fail(NUTATE_BAD_BODY, 'a principal moment of inertia is zero: an infinitely thin rod has no '// &
                        'inertia about its axis, so its spin is undefined', 'inertia')
-         return
-      end if
-      if (any(body%moments < least_size)) then
+      else if (any(body%moments < least_size)) then
          status = wrong_size()
-         return
       end if
+      if (.not. status%ok()) return
       body%breaks_triangle = triangle_excess(body%moments) > triangle_tolerance
       if (check_triangle .and. body%breaks_triangle) then
          write (text, '(3(1x,g0.6))') body%moments

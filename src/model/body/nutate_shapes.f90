@@ -45,19 +45,15 @@ contains
 
       volume = 0.0_wp
       gyration = 0.0_wp
-      do i = 1, size(shape_kinds)
-         if (shape_kinds(i)%name == name) exit
-      end do
-      if (i > size(shape_kinds)) then
+      i = findloc(shape_kinds%name == name, .true., dim=1)
+      if (i == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "unknown shape '"//name//"' (expected "// &
                        comma_list(shape_kinds%name)//")", 'shape')
-         return
-      end if
-      if (size(lengths) /= shape_kinds(i)%sizes) then
+      else if (size(lengths) /= shape_kinds(i)%sizes) then
          status = fail(NUTATE_BAD_ARGUMENT, "wrong number of lengths for shape '"//name//"' (expected "// &
                        trim(shape_kinds(i)%lengths)//")", 'size')
-         return
       end if
+      if (.not. status%ok()) return
       a = lengths(1)
       a(1:size(lengths)) = lengths
       select case (name)

@@ -138,17 +138,11 @@ contains
 
    module procedure has
       integer :: i
-      has = .false.
-      do i = 1, self%n_torques
-         ! A change of the inertia cannot be switched.
-         has = has .or. (self%torques(i)%item%label == label .and. .not. self%torques(i)%item%changes_inertia)
-      end do
-      do i = 1, self%n_potentials + self%n_off
-         has = has .or. self%potentials(i)%item%label == label
-      end do
-      do i = 1, self%n_wheels
-         has = has .or. self%wheels(i)%label == label
-      end do
+      ! A change of the inertia cannot be switched.
+      has = any([(self%torques(i)%item%label == label .and. .not. self%torques(i)%item%changes_inertia, &
+                  i=1, self%n_torques)]) .or. &
+            any([(self%potentials(i)%item%label == label, i=1, self%n_potentials + self%n_off)]) .or. &
+            any([(self%wheels(i)%label == label, i=1, self%n_wheels)])
    end procedure has
 
    module procedure switch
@@ -295,10 +289,8 @@ contains
 
    module procedure needs_attitude
       integer :: i
-      needs_attitude = self%n_potentials + self%n_off > 0 .or. self%frame_turns
-      do i = 1, self%n_torques
-         if (self%torques(i)%item%needs_attitude()) needs_attitude = .true.
-      end do
+      needs_attitude = self%n_potentials + self%n_off > 0 .or. self%frame_turns .or. &
+                       any([(self%torques(i)%item%needs_attitude(), i=1, self%n_torques)])
    end procedure needs_attitude
 
    module procedure next_break

@@ -147,9 +147,7 @@ contains
       !> δG, T, shape (3); δθ₀, rad.
       real(wp), intent(in) :: coefficients(3), angle
       other = self
-      associate (g => self%coefficients)
-         other%coefficients = coefficients + angle*[-g(2), g(1), 0.0_wp]
-      end associate
+      other%coefficients = coefficients + angle*[-self%coefficients(2), self%coefficients(1), 0.0_wp]
    end function with_axis
 
    !> Returns δB at a time, in the space axes of the scene, T; shape (3).

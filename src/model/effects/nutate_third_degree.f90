@@ -15,7 +15,6 @@ module nutate_third_degree
    use nutate_limits, only: in_words, is_moderate
    use nutate_orbit, only: orbit_t
    use nutate_orbit_change_series, only: pull_change_series
-   use nutate_power_series, only: product_term
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_small_products, only: skew, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT

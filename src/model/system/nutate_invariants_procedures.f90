@@ -137,12 +137,8 @@ contains
    pure logical function has_outer_torques(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      has_outer_torques = .false.
-      do i = 1, effects%n_torques
-         associate (torque => effects%torques(i)%item)
-            if (.not. (torque%has(DRIVES_WHEELS) .or. torque%is_internal)) has_outer_torques = .true.
-         end associate
-      end do
+      has_outer_torques = any([(.not. (effects%torques(i)%item%has(DRIVES_WHEELS) .or. &
+                                       effects%torques(i)%item%is_internal), i=1, effects%n_torques)])
    end function has_outer_torques
 
 end submodule nutate_invariants_procedures

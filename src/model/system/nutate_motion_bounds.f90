@@ -115,9 +115,7 @@ contains
          call add_wheels(system, whole, bounds, others)
          bounds%known = potentials%known .and. others%known
          if (effects%frame_turns) bounds%frame_speed = vector_length(effects%frame_rate)
-         do i = 1, effects%n_frames
-            bounds%frequency = max(bounds%frequency, effects%frames(i)%fastest)
-         end do
+         bounds%frequency = maxval([bounds%frequency, (effects%frames(i)%fastest, i=1, effects%n_frames)])
          bounds%energy_stands = bounds%potentials_stand .and. .not. effects%frame_turns
          bounds%drag = others%drag_slope
          bounds%potential_torque = potentials%force
@@ -228,10 +226,7 @@ contains
       associate (body => system%body, effects => system%effects, moments => system%body%moments)
          greatest = maxval(moments)
          least = minval(moments)
-         bounds%by_axes = greatest <= most_ratio*least
-         do i = 1, 3
-            bounds%by_axes = bounds%by_axes .and. lies_along(body%inertia(:, i), i)
-         end do
+         bounds%by_axes = greatest <= most_ratio*least .and. all([(lies_along(body%inertia(:, i), i), i=1, 3)])
          if (.not. bounds%by_axes) return
          do i = 1, 3
             part = map_of(onto([i]), body%axes)

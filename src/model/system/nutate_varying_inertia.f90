@@ -116,9 +116,7 @@ contains
       do
          next = sense*min(sense*system%effects%next_break(t, sense), sense*(start + span))
          corners = corners_of(system, t, next)
-         do i = 0, 3
-            deviation = max(deviation, norm2(system%body%inertia + corners(:, :, i) - tensor))
-         end do
+         deviation = maxval([deviation, (norm2(system%body%inertia + corners(:, :, i) - tensor), i=0, 3)])
          if (.not. sense*next < sense*(start + span)) return
          t = next
       end do

@@ -221,9 +221,7 @@ contains
       size_of = 1/self%plan%angle_unit
       if (self%plan%free(i)%target == 0) return
       associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
-         associate (values => self%plan%numbers%groups(target%group)%settings(target%setting)%values)
-            size_of = maxval(abs(values%number))
-         end associate
+         size_of = maxval(abs(self%plan%numbers%groups(target%group)%settings(target%setting)%values%number))
       end associate
    end function size_of
 
@@ -448,14 +446,9 @@ contains
          if (.not. status%ok()) return
          call add_scene(group, self%scene, scene, self%weights(k, i), variation)
       end do
-      call drop_rounding(variation%inertia)
+      ! Elements that differ from zero by rounding only.
+      where (abs(variation%inertia) < negligible*maxval(abs(variation%inertia))) variation%inertia = 0.0_wp
    end subroutine variation_of
-
-   !> Sets elements to zero that differ from it by rounding only.
-   pure subroutine drop_rounding(matrix)
-      real(wp), intent(inout) :: matrix(:, :)
-      where (abs(matrix) < negligible*maxval(abs(matrix))) matrix = 0.0_wp
-   end subroutine drop_rounding
 
    !> Runs a scene and keeps the motion at given times.
    subroutine go(scene, origin, times, motion, status, steps_left, most_steps, variations)

@@ -92,10 +92,7 @@ contains
       integer :: next(size(self%residuals)), i, most
       real(wp) :: t
       logical :: due
-      most = 0
-      do i = 1, size(self%residuals)
-         most = max(most, size(self%residuals(i)%measurement%times))
-      end do
+      most = maxval([0, (size(self%residuals(i)%measurement%times), i=1, size(self%residuals))])
       if (allocated(self%places)) deallocate (self%places)
       allocate (self%places(most, size(self%residuals)), source=0)
       self%times = [real(wp) ::]

@@ -2,7 +2,6 @@
 !> the attitude of the state, q∘exp(½θ), Ω its angular velocity, both in body axes, ω the speeds of the wheels relative
 !> to the body. The derivatives are those that explicit methods use for sensitivities (`nutate_stage_rates`).
 module nutate_linear_rates
-   use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_product

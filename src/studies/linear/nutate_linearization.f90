@@ -9,7 +9,7 @@
 !> rotating axes, a steady rotation, a sleeping top.
 module nutate_linearization
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_variation, only: attitude_variation, variation_t, effect_change_t, rate_variation, OF_TORQUE, OF_WHEEL
+   use nutate_variation, only: attitude_variation, variation_t, rate_variation, OF_TORQUE, OF_WHEEL
    use nutate_control, only: needs_control
    use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state, system_t
    use nutate_kinds, only: wp, pi
@@ -106,7 +106,8 @@ contains
       if (status%ok()) call general_eigenvalues(result%a, result%eigenvalues, status)
       if (.not. status%ok()) return
       result%residual = maxval(abs(rates))
-      pace = pace_of(result)
+      ! The fastest rate of the motion and of its linearisation, rad/s.
+      pace = max(norm2(result%omega), maxval(abs(result%eigenvalues)))
       ! If nothing has a rate, a later residual may be more than the rounding at the start.
       if (result%residual > tolerance*pace**2 .and. pace > 0.0_wp) then
          status = refusal(result%residual)
@@ -199,12 +200,6 @@ contains
       ! A₁₁ is zero for relative rates.
       attitude_gain = 2*(feedback(:3, :3) - matmul(rate_gain, self%a(:3, :3)))
    end subroutine controller_gains
-
-   !> Returns the fastest rate of the motion and of its linearisation, rad/s.
-   pure real(wp) function pace_of(linear) result(pace)
-      type(linearization_t), intent(in) :: linear
-      pace = max(norm2(linear%omega), maxval(abs(linear%eigenvalues)))
-   end function pace_of
 
    !> Returns the time of a revolution of the body in the space axes, s; 0 if it is at rest there.
    pure real(wp) function turn_time(system, start, omega, pace)

@@ -1,7 +1,7 @@
 !> A centre of mass that moves in the body with time, by a table. The potential of gravity about a pivot then depends on
 !> time, V = -m g·R(q)c(t).
 module nutate_center_change
-   use nutate_effect, only: effect_t, torque_t, LINEAR_SERIES
+   use nutate_effect, only: torque_t, LINEAR_SERIES
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_piecewise, only: clamped_term, interval_around, next_point, piecewise_t

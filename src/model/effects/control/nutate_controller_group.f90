@@ -197,7 +197,8 @@ contains
             if (group%has(trim(of_pointing(i)))) &
                call refuse(of_pointing(i), " with the law 'bdot' (expected gain and field; it acts by magnetorquers)")
          end do
-         call demand('gain')
+         if (status%ok() .and. .not. group%has('gain')) &
+            status = fail(NUTATE_BAD_ARGUMENT, 'the controller needs gain')
       else
          if (group%has('gain')) call refuse('gain', " with the law 'quaternion' (expected attitude_gain and rate_gain)")
          call check_gains(group, status)
@@ -208,12 +209,6 @@ contains
          call refuse('limit', ' with wheels (expected torque_limit in &wheel)')
 
    contains
-
-      subroutine demand(key)
-         character(len=*), intent(in) :: key
-         if (status%ok() .and. .not. group%has(key)) &
-            status = fail(NUTATE_BAD_ARGUMENT, 'the controller needs '//key)
-      end subroutine demand
 
       subroutine refuse(key, words)
          character(len=*), intent(in) :: key, words
