@@ -124,7 +124,16 @@ contains
    !> Steps of up to two revolutions.
    subroutine symmetric_tops_take_few_steps(error)
       type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(status_t) :: status
       type(state_t) :: exact, state
+      call make_body(diagonal([3.0_wp, 3.0_wp, 4.0_wp]), problem%system%body, status, mass=1.0_wp, &
+                     center_of_mass=[0.0_wp, 0.0_wp, 0.3_wp])
+      call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
+      problem%start = make_state(problem%system, [0.8_wp, 0.6_wp, 0.0_wp, 0.0_wp], [0.3_wp, 1.0_wp, 5.0_wp])
+      call go(error, problem, 'taylor', .true., 5e-3_wp, 4000, exact)
+      if (.not. allocated(error)) call go(error, problem, 'rk8', .true., 0.125_wp, 160, state)
+      call check_below(error, attitude_distance(state%q, exact%q), 1e-9_wp, "nutating top")
       call go(error, bruls_top(), 'taylor', .true., 5e-4_wp, 4000, exact)
       if (.not. allocated(error)) call go(error, bruls_top(), 'rk8', .true., 0.1_wp, 20, state)
       call check_below(error, attitude_distance(state%q, exact%q), 3e-8_wp, "Bruels")

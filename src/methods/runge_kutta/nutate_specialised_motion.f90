@@ -13,15 +13,16 @@
 !>   `φ̇ = (u₀ + u)·Ω/(1 + u₀·u)`; u·Ω = 2T/|l| is constant.
 !> * **Potentials linear in directions**: V = -Σ m·Rᵀn, summed into the matrix Σ m nᵀ. If all n are parallel, the space
 !>   axes are rotated so that n is the third one, and γ the third row of R alone.
-!> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, in the frame that rotates with L/J₁: κ = 0, and the body
-!>   rotates in it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
+!> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, are integrated as bodies with J₃' = 3J₁/2, in whose axes the
+!>   top rotates about its own by `(1/J₃ - 1/J₃')L₃Δt` exactly. There q, at the rate `L₃/2J₃'`, and the momentum across
+!>   the axis, at `(1/J₁ - 1/J₃')L₃`, change equally fast.
 !> * **Rotating space axes**, at ω: q' = q∘w - φ∘q with φ = ½Δtω.
 module nutate_specialised_motion
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
    use nutate_specialised_stages, only: sensitivity_stages, free_stages, heavy_stages, specialised_rates_t, &
-      evaluate_field_stage, &
+      steady_ratio, evaluate_field_stage, &
       evaluate_rotating_field_stage, evaluate_rotating_stage, evaluate_upright_stage
    use nutate_limits, only: manifold_tolerance
    use nutate_order_eight, only: n_stages
@@ -51,7 +52,7 @@ module nutate_specialised_motion
       private
       !> The system is one of those above.
       logical, public :: possible = .false.
-      !> There is no force; all directions are parallel; the body's frame does not spin; space axes are others.
+      !> There is no force; all directions are parallel; the body is a symmetric top; space axes are others.
       logical, public :: free = .true.
       logical :: single = .true., symmetric = .false., rotated = .false.
       !> The space axes turn: their rate in the space axes of the equations, rad/s; shape
@@ -60,14 +61,14 @@ module nutate_specialised_motion
       real(wp) :: frame_rate(3) = 0.0_wp
       !> The first body axis of the equations, 1 to 3; the others follow cyclically, and space axes with them.
       integer :: first = 1
-      !> Principal moments in that order, kg m²; shape (3).
+      !> Principal moments of the equations in that order, kg m²; shape (3).
       real(wp) :: moments(3) = 1.0_wp
       !> Space axes of the equations ← space axes; unit quaternion.
       real(wp) :: space(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> κ of the rates; shape (3); their constants in uniform fields, not allocated where there is no force.
       real(wp) :: kappa(3) = 0.0_wp
       type(specialised_rates_t), allocatable :: rates
-      !> Δt, s; ½Δt/J and its reciprocal; J₁/J₃ - 1 for the spin, or 0.
+      !> Δt, s; ½Δt/J and its reciprocal; J₃'/J₃ - 1 for the spin, or 0.
       real(wp) :: dt = 0.0_wp, half(3) = 0.0_wp, back(3) = 0.0_wp, spin = 0.0_wp
       !> Factor of |w| in the test whether a step is too long; the term that torques and rotating axes add.
       real(wp) :: stiffness = 3.0_wp, pulled = 0.0_wp
@@ -121,9 +122,11 @@ contains
          if (.not. self%free) call add_torques(self, effects, axis)
       end associate
       self%spin = 0.0_wp
-      if (self%symmetric) self%spin = self%moments(1)/self%moments(3) - 1
+      if (self%symmetric) then
+         self%spin = steady_ratio*self%moments(1)/self%moments(3) - 1
+         self%moments(3) = steady_ratio*self%moments(1)
+      end if
       self%kappa = 2*(from_axis(self%moments, 1) - from_axis(self%moments, 2))/self%moments
-      if (self%symmetric) self%kappa = 0.0_wp
       self%stiffness = max(3.0_wp, maxval(abs(self%kappa)))
       if (allocated(self%rates)) self%rates%kappa = self%kappa
    end subroutine prepare
@@ -224,15 +227,13 @@ contains
       class(specialised_motion_t), intent(in) :: self
       !> Momentum of the body at the start, kg m²/s; shape (3).
       real(wp), intent(in) :: momentum(3)
-      real(wp) :: inertia(3), rate(3), pull(3)
+      real(wp) :: rate(3), pull(3)
       integer :: i
-      inertia = self%moments
-      if (self%symmetric) inertia = self%moments(1)
       rate = from_axis(momentum, self%first - 1)
       do i = 1, 3
-         rate(i) = bounded_ratio(rate(i), inertia(i))
+         rate(i) = bounded_ratio(rate(i), self%moments(i))
          pull(i) = 0.0_wp
-         if (.not. self%free) pull(i) = bounded_ratio(maxval(abs(self%rates%torque(i, :, :))), inertia(i))
+         if (.not. self%free) pull(i) = bounded_ratio(maxval(abs(self%rates%torque(i, :, :))), self%moments(i))
       end do
       pace = sqrt(dot_product(rate, rate) + 8*maxval(pull))*sqrt(max(1.0_wp, maxval(abs(self%kappa))))
    end function pace
@@ -258,13 +259,10 @@ contains
       !> s.
       real(wp), intent(in) :: dt
       logical, intent(out) :: yes
-      real(wp) :: inertia(3)
       integer :: j, k
       yes = self%possible
       if (abs(dt - self%dt) <= 0.0_wp .or. .not. yes) return
-      inertia = self%moments
-      if (self%symmetric) inertia = self%moments(1)
-      self%half = 0.5_wp*dt/inertia
+      self%half = 0.5_wp*dt/self%moments
       yes = all(abs(self%half) >= least_half) .and. all(abs(self%half) <= greatest_half)
       self%dt = 0.0_wp
       if (.not. yes) return
@@ -274,7 +272,7 @@ contains
          associate (rates => self%rates)
             do k = 1, 3
                do j = 1, 3
-                  rates%pull(:, j, k) = merge(1, 2, j == k)*((0.5_wp*dt*dt/inertia)*rates%torque(:, j, k))
+                  rates%pull(:, j, k) = merge(1, 2, j == k)*((0.5_wp*dt*dt/self%moments)*rates%torque(:, j, k))
                end do
             end do
             self%pulled = sqrt(self%stiffness*maxval(abs(rates%pull)))
@@ -510,7 +508,7 @@ contains
       end if
    end subroutine permute
 
-   !> From the frame that turns with L/J₁ to the body, which has rotated in it about axis 3.
+   !> From the axes of the equations to those of a symmetric top, which has rotated in them about axis 3.
    pure subroutine turn_body(self, x)
       type(specialised_motion_t), intent(in) :: self
       !> [q, L, 0]; shape (8).

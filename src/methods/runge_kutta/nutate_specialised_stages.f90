@@ -11,12 +11,15 @@ module nutate_specialised_stages
    implicit none
    private
 
-   public :: specialised_rates_t, free_stages, heavy_stages, sensitivity_stages, evaluate_upright_stage, &
+   public :: specialised_rates_t, steady_ratio, free_stages, heavy_stages, sensitivity_stages, evaluate_upright_stage, &
       evaluate_field_stage, &
       evaluate_rotating_stage, evaluate_rotating_field_stage
 
    !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
    real(wp), parameter :: least_cosine = 0.1_wp
+
+   !> J₃'/J₁ of the equations of a symmetric top.
+   real(wp), parameter :: steady_ratio = 1.5_wp
 
    !> The constants of the rates in uniform fields.
    type :: specialised_rates_t

@@ -8,6 +8,7 @@ module nutate_stage_tangent
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_product, rotate_to_body, rotate_to_space
    use nutate_rigid_rates, only: begin_step, n_rates, rigid_rates_t
+   use nutate_specialised_stages, only: steady_ratio
    use nutate_stage_rates, only: most_numbers, stage_rates_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -40,8 +41,8 @@ module nutate_stage_tangent
       type(stage_rates_t) :: stage
       !> Weights of the errors of the two estimates, as of dop853; allocated where there are any; shape (stages, 2).
       real(wp), allocatable :: estimates(:, :)
-      !> The axis about which the body turns in the frame of the step, 0: none; Δt(1/J₃ - 1/J₁), kg⁻¹ m⁻² s. y(8) is its
-      !> angle then.
+      !> The axis about which the body turns in the axes of the step, 0: none; Δt(1/J₃ - 1/J₃'), kg⁻¹ m⁻² s
+      !> (`nutate_specialised_motion`). y(8) is its angle then.
       integer :: axis = 0
       real(wp) :: slip = 0.0_wp
       !> A stage of such a top in its own axes, to which parameters belong: y, and the rotation of the body.
@@ -87,7 +88,7 @@ contains
       type(tangent_t), intent(inout) :: tangent
       !> Torques are those at |q| = 1 times |q|²; default false.
       logical, intent(in), optional :: homogeneous
-      !> The axis of a symmetric top whose step is taken in the frame that turns with L/J₁, 1 to 3; default 0, none.
+      !> The axis of a symmetric top whose step is taken with another J₃, 1 to 3; default 0, none.
       integer, intent(in), optional :: axis
       real(wp) :: y(n_rates), x(most_numbers)
       integer :: i, j, m
@@ -160,18 +161,19 @@ contains
       end do
    end subroutine estimate_error
 
-   !> Starts a step in the frame in which the body turns about its axis.
+   !> Starts a step in the axes in which the body turns about its own.
    pure subroutine begin_spin(self, rates)
       type(stage_tangent_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates
       real(wp) :: across
       integer :: i
       across = rates%to_angle(modulo(self%axis, 3) + 1, modulo(self%axis, 3) + 1)
-      self%slip = rates%to_angle(self%axis, self%axis) - across
       self%stage%to_angle = 0.0_wp
       do i = 1, 3
          self%stage%to_angle(i, i) = across
       end do
+      self%stage%to_angle(self%axis, self%axis) = across/steady_ratio
+      self%slip = rates%to_angle(self%axis, self%axis) - across/steady_ratio
       self%stage%n = 8
    end subroutine begin_spin
 
