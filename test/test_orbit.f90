@@ -56,6 +56,11 @@ contains
          ! A multiple of π is its own eccentric anomaly.
          call check_close(error, eccentric_anomaly(3*pi, shapes(i)), 3*pi, 8*eps, "apogee")
       end do
+      ! Near the periapsis E is M/(1 - e), to all digits however small it is.
+      do k = 9, 14
+         mean = 0.1_wp**k
+         call check_close(error, 0.7_wp*eccentric_anomaly(mean, 0.3_wp)/mean, 1.0_wp, 8*eps, "periapsis")
+      end do
    end subroutine kepler_equation
 
    type(kepler_orbit_t) function inclined_ellipse() result(path)

@@ -10,7 +10,7 @@
 !> all elements (`nutate_track`).
 module nutate_kepler_orbit
    use nutate_conic, only: change_on_conic, place_on_conic
-   use nutate_kinds, only: wp, eps, pi
+   use nutate_kinds, only: wp, pi
    use nutate_power_series, only: inverses
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
    use nutate_track, only: track_t, track_position, track_velocity, track_axes, track_axes_rate, track_true_anomaly, &
@@ -139,40 +139,85 @@ contains
       velocity = (self%periapsis_distance*rate)*velocity
    end subroutine find_from_periapsis
 
-   !> Returns E of `E - e sin E = M`, rad, by Newton's iteration. On 0 <= M <= π the function is convex and M + e is not
-   !> below its root, so the iteration decreases monotonically to it. It ends when it stops decreasing.
+   !> Returns E of `E - e sin E = M`, rad.
    pure real(wp) function eccentric_anomaly(mean, eccentricity) result(anomaly)
       !> M, rad, any number; e, 0 <= e < 1.
       real(wp), intent(in) :: mean, eccentricity
-      !> Newton's iteration doubles its digits; a nearly parabolic orbit first comes down by thirds.
-      integer, parameter :: most = 80
-      real(wp) :: turns, m, change
-      integer :: i
-      turns = 2*pi*anint(mean/(2*pi))
-      m = abs(mean - turns)
-      anomaly = min(m + eccentricity, pi)
-      do i = 1, most
-         change = (anomaly - eccentricity*sin(anomaly) - m)/(1 - eccentricity*cos(anomaly))
-         if (change <= 0.0_wp) exit
-         anomaly = anomaly - change
-         if (change <= eps*anomaly) exit
-      end do
-      anomaly = turns + sign(anomaly, mean - turns)
+      real(wp) :: s, c
+      call solve_kepler(mean, eccentricity, anomaly, s, c)
    end function eccentric_anomaly
 
-   pure real(wp) function anomaly_at(self, t) result(anomaly)
+   !> Solves Kepler's equation by Newton's iteration. On 0 <= M <= π the function is convex and M not above its root,
+   !> so that the first move leads to where the iteration decreases monotonically. Near the root sine and cosine are
+   !> rotated by the move instead of evaluated.
+   pure subroutine solve_kepler(mean, e, anomaly, s, c)
+      !> M, rad, any number; e, 0 <= e < 1.
+      real(wp), intent(in) :: mean, e
+      !> E, rad; sin E and cos E.
+      real(wp), intent(out) :: anomaly, s, c
+      !> Newton's iteration doubles its digits; a nearly parabolic orbit first comes down by thirds.
+      integer, parameter :: most = 80
+      !> Longest move, rad, for which the terms of `rotate_back` are enough; change of the slope in it, relative to the
+      !> slope, from which on three more moves are enough; relative change of a move after which none follows.
+      real(wp), parameter :: near = 0.25_wp, curved = 0.0625_wp, settled = 1e-9_wp
+      real(wp) :: turns, m, excess, slope, move, change, sine, cosine
+      integer :: i
+      turns = 2*pi*anint(mean/(2*pi))
+      m = min(abs(mean - turns), pi)
+      anomaly = m
+      do i = 1, most
+         s = sin(anomaly)
+         c = cos(anomaly)
+         excess = (anomaly - e*s) - m
+         slope = 1 - e*c
+         move = excess/slope
+         if (abs(move) <= near .and. e*abs(move)*(s + abs(move)) <= curved*slope) exit
+         anomaly = min(anomaly - move, m + e, pi)
+      end do
+      move = move/(1 - 0.5_wp*e*s*move/slope)
+      do i = 1, 3
+         call rotate_back(s, c, move, sine, cosine)
+         change = (excess - (move - e*(s - sine)))/(1 - e*cosine)
+         move = move + change
+         if (abs(change) <= settled*abs(move)) exit
+      end do
+      call rotate_back(s, c, move, sine, cosine)
+      anomaly = turns + sign(anomaly - move, mean - turns)
+      s = sign(1.0_wp, mean - turns)*sine
+      c = cosine
+   end subroutine solve_kepler
+
+   !> Returns sine and cosine of an angle less another one, by the series of the other one.
+   pure subroutine rotate_back(s, c, move, sine, cosine)
+      !> Sine and cosine of the angle; the other one, up to 1/4 rad.
+      real(wp), intent(in) :: s, c, move
+      real(wp), intent(out) :: sine, cosine
+      real(wp), parameter :: r(2:13) = [0.5_wp, 1.0_wp/6, 1.0_wp/24, 1.0_wp/120, 1.0_wp/720, 1.0_wp/5040, &
+                                        1.0_wp/40320, 1.0_wp/362880, 1.0_wp/3628800, 1.0_wp/39916800, &
+                                        1.0_wp/479001600, 1.0_wp/6227020800.0_wp]
+      real(wp) :: x, small, versed
+      x = move*move
+      small = move*(1 - x*(r(3) - x*(r(5) - x*(r(7) - x*(r(9) - x*(r(11) - x*r(13)))))))
+      versed = x*(r(2) - x*(r(4) - x*(r(6) - x*(r(8) - x*(r(10) - x*r(12))))))
+      sine = s - (s*versed + c*small)
+      cosine = c - (c*versed - s*small)
+   end subroutine rotate_back
+
+   !> Computes E, rad, with its sine and cosine, at a time.
+   pure subroutine find_anomaly(self, t, anomaly, s, c)
       class(kepler_orbit_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
-      anomaly = eccentric_anomaly(self%mean_anomaly + self%mean_motion()*t, self%eccentricity)
-   end function anomaly_at
+      real(wp), intent(out) :: anomaly, s, c
+      call solve_kepler(self%mean_anomaly + self%mean_motion()*t, self%eccentricity, anomaly, s, c)
+   end subroutine find_anomaly
 
    !> Returns the true anomaly at a time, rad, without jumps: it grows by 2π with each revolution.
    pure real(wp) function true_anomaly(self, t) result(nu)
       class(kepler_orbit_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
-      real(wp) :: anomaly, beta, place(2), velocity(2), radius
+      real(wp) :: anomaly, s, c, beta, place(2), velocity(2), radius
       if (self%is_from_periapsis()) then
          call find_from_periapsis(self, t, place, velocity, radius, nu)
          return
@@ -180,9 +225,9 @@ contains
          nu = track_true_anomaly(self%track, t, self%mu)
          return
       end if
-      anomaly = anomaly_at(self, t)
+      call find_anomaly(self, t, anomaly, s, c)
       beta = self%eccentricity/(1 + flatness(self))
-      nu = anomaly + 2*atan2(beta*sin(anomaly), 1 - beta*cos(anomaly))
+      nu = anomaly + 2*atan2(beta*s, 1 - beta*c)
    end function true_anomaly
 
    !> Returns √(1-e²).
@@ -224,15 +269,16 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
-      real(wp) :: place(2), velocity(2), nu
+      real(wp) :: place(2), velocity(2), anomaly, s, c
       if (self%is_from_periapsis()) then
-         call find_from_periapsis(self, t, place, velocity, radius, nu)
+         call find_from_periapsis(self, t, place, velocity, radius, anomaly)
          return
       else if (allocated(self%track)) then
          radius = norm2(track_position(self%track, t))
          return
       end if
-      radius = self%semi_major_axis*(1 - self%eccentricity*cos(anomaly_at(self, t)))
+      call find_anomaly(self, t, anomaly, s, c)
+      radius = self%semi_major_axis*(1 - self%eccentricity*c)
    end function radius
 
    !> Returns the position from the centre of attraction at a time, inertial axes, m; shape (3).
@@ -262,7 +308,7 @@ contains
       real(wp), intent(out) :: position(3), distance
       !> Velocity, inertial axes, m/s; shape (3).
       real(wp), intent(out), optional :: velocity(3)
-      real(wp) :: anomaly, c, s, place(2), speeds(2), q(4)
+      real(wp) :: anomaly, c, s, flat, rate, place(2), speeds(2), q(4)
       if (allocated(self%track)) then
          position = track_position(self%track, t)
          distance = norm2(position)
@@ -271,13 +317,12 @@ contains
       else if (self%is_from_periapsis()) then
          call find_from_periapsis(self, t, place, speeds, distance, anomaly)
       else
-         anomaly = anomaly_at(self, t)
-         c = cos(anomaly)
-         s = sin(anomaly)
+         rate = self%mean_motion()
+         call solve_kepler(self%mean_anomaly + rate*t, self%eccentricity, anomaly, s, c)
+         flat = flatness(self)
          distance = self%semi_major_axis*(1 - self%eccentricity*c)
-         place = self%semi_major_axis*[c - self%eccentricity, flatness(self)*s]
-         if (present(velocity)) speeds = (self%semi_major_axis*self%mean_motion()/(1 - self%eccentricity*c))* &
-                                         [-s, flatness(self)*c]
+         place = self%semi_major_axis*[c - self%eccentricity, flat*s]
+         speeds = (self%semi_major_axis*rate/(1 - self%eccentricity*c))*[-s, flat*c]
       end if
       q = plane_at(self, 0.0_wp)
       position = rotate_to_space(q, [place, 0.0_wp])
@@ -481,9 +526,7 @@ contains
                           rate*(self%periapsis_distance*change(2)*velocity_by_eccentricity &
                                 - (moved_time/distance/distance/distance)*place)
       else
-         anomaly = anomaly_at(self, t)
-         c = cos(anomaly)
-         s = sin(anomaly)
+         call find_anomaly(self, t, anomaly, s, c)
          flat = flatness(self)
          place = self%semi_major_axis*[c - self%eccentricity, flat*s]
          distance = 1 - self%eccentricity*c

@@ -5,7 +5,7 @@ module nutate_orbital_gradient
    use nutate_effect, only: potential_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_kepler_orbit, only: kepler_orbit_t, position_change
+   use nutate_kepler_orbit, only: find_place, kepler_orbit_t, position_change
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_orbit_change_series, only: pull_change_series
@@ -85,19 +85,28 @@ contains
       real(wp), intent(in) :: t
       real(wp) :: n(3), r(3)
       r = self%path%position(t)
-      n = (sqrt(self%path%mu)/norm2(r)**2.5_wp)*r
+      n = strength_at(self, r)*r
    end function direction_of_orbit
+
+   !> Returns √μ/|r|^(5/2), 1/(m s).
+   pure real(wp) function strength_at(self, r) result(strength)
+      class(orbital_gradient_t), intent(in) :: self
+      !> m; shape (3).
+      real(wp), intent(in) :: r(3)
+      real(wp) :: distance
+      distance = sqrt(dot_product(r, r))
+      strength = sqrt(self%path%mu)/(distance*distance*sqrt(distance))
+   end function strength_at
 
    !> Returns ∂V/∂t = (Aγ + 3J_mγ)·R(q)ᵀṅ, W, with ṅ = √μ (v - (5/2) r (r·v)/|r|²)/|r|^(5/2).
    pure real(wp) function power_of_motion(self, q, t) result(power)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: q(4), t
-      real(wp) :: gamma(3), rate(3), r(3), v(3), square
-      r = self%path%position(t)
-      v = self%path%velocity(t)
-      square = dot_product(r, r)
-      rate = (sqrt(self%path%mu)/sqrt(square)**2.5_wp)*(v - (2.5_wp*dot_product(r, v)/square)*r)
-      gamma = rotate_to_body(q, self%direction_at(t))
+      real(wp) :: gamma(3), rate(3), r(3), v(3), distance, strength
+      call find_place(self%path, t, r, distance, v)
+      strength = strength_at(self, r)
+      rate = strength*(v - (2.5_wp*dot_product(r, v)/dot_product(r, r))*r)
+      gamma = rotate_to_body(q, strength*r)
       power = dot_product(self%gradient(gamma) + self%isotropic*gamma, rotate_to_body(q, rate))
    end function power_of_motion
 

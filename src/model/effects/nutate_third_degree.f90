@@ -9,7 +9,7 @@ module nutate_third_degree
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: bounds_of_potential, effect_bounds_t, linear_map_t
-   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements, position_change
+   use nutate_kepler_orbit, only: find_place, kepler_orbit_t, n_elements, position_change
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_limits, only: in_words, is_moderate
@@ -354,15 +354,15 @@ contains
    pure real(wp) function power_of_motion(self, q, t) result(power)
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: q(4), t
-      real(wp) :: r(3), v(3), distance
+      real(wp) :: r(3), v(3), distance, strength
       power = 0.0_wp
       if (.not. self%moves) return
-      r = self%path%position(t)
-      distance = norm2(r)
+      call find_place(self%path, t, r, distance, v)
+      strength = -strength_of(self%path%mu, distance)
       r = r/distance
-      v = self%path%velocity(t)/distance
-      v = -strength_of(self%path%mu, distance)*(v - (7*dot_product(r, v)/3)*r)
-      power = dot_product(self%gradient(rotate_to_body(q, self%direction_at(t))), rotate_to_body(q, v))
+      v = v/distance
+      power = dot_product(self%gradient(rotate_to_body(q, strength*r)), &
+                          rotate_to_body(q, strength*(v - (7*dot_product(r, v)/3)*r)))
    end function power_of_motion
 
    !> Computes the coefficients of n about a time: with x = r/r₀, r₀ = |r| at the start, n = -(μ/r₀⁴)^⅓ x (x·x)^(-7/6).
