@@ -3,7 +3,6 @@
 !> The rules rest on the tables of docs/results/accuracy-costs.md, which `bench_choice` measures.
 module nutate_method_choice
    use nutate_axial_frame, only: axial_frame_t
-   use nutate_body, only: body_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, NO_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_equal_steps, only: equal_steps_t
@@ -340,13 +339,8 @@ contains
    pure logical function all_linear(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      all_linear = .true.
-      do i = 1, effects%n_potentials + effects%n_off
-         if (effects%potentials(i)%item%series_kind() /= LINEAR_SERIES) all_linear = .false.
-      end do
-      do i = 1, effects%n_torques
-         if (effects%torques(i)%item%series_kind() /= LINEAR_SERIES) all_linear = .false.
-      end do
+      all_linear = all([(effects%potentials(i)%item%series_kind(), i=1, effects%n_potentials + effects%n_off), &
+                        (effects%torques(i)%item%series_kind(), i=1, effects%n_torques)] == LINEAR_SERIES)
    end function all_linear
 
    !> True where the body turns, or could swing under linear potentials, by more than `long_turn`.

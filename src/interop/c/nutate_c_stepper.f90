@@ -1,7 +1,7 @@
 !> C interface: steppers, their settings and their state. The functions are documented in `include/nutate_stepper.h`.
 module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_ptr, c_size_t
-   use nutate_body, only: body_t, make_body, whole_body
+   use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: add_failure, report_failures_to
    use nutate_c_handles, only: copy_system, found, system_handle_t
    use nutate_c_scene_handle, only: found, scene_handle_t

@@ -16,7 +16,6 @@ module nutate_branch_tubes
    use nutate_root_certificate, only: all_bounds_t, root_certificate_t
    use nutate_small_products, only: times_columns, times_vector, vector_length
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
    use nutate_system, only: system_t
    implicit none
    private

@@ -83,23 +83,17 @@ contains
       type(status_t), intent(inout) :: status
       if (.not. settings%projection .and. settings%inverse_auxiliary_inertia <= 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'without projection the auxiliary inertia must be finite', 'projection')
-         return
-      end if
-      if (.not. settings%projection .and. system%effects%n_spheres > 0) then
+      else if (.not. settings%projection .and. system%effects%n_spheres > 0) then
          status = fail(NUTATE_BAD_ARGUMENT, 'inner spheres need the projection (expected projection = .true.)', &
                        'projection')
-         return
-      end if
-      if (.not. settings%projection .and. settings%conserve) then
+      else if (.not. settings%projection .and. settings%conserve) then
          status = fail(NUTATE_BAD_ARGUMENT, 'conserve keeps |q| = 1 and needs the projection', 'projection')
-         return
-      end if
-      if (.not. is_moderate(settings%inverse_auxiliary_inertia) .or. &
-          settings%inverse_auxiliary_inertia < 0.0_wp) then
+      else if (.not. is_moderate(settings%inverse_auxiliary_inertia) .or. &
+               settings%inverse_auxiliary_inertia < 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or not within '// &
                        in_words(least_size, greatest_number)//' kg m2', 'auxiliary_inertia')
-         return
       end if
+      if (.not. status%ok()) return
       call self%begin(system, most_unknowns, slow, status)
       call self%equations%forces%prepare(system%effects, settings%projection)
       if (allocated(self%equations%wheels)) deallocate (self%equations%wheels)

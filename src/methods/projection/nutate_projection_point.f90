@@ -295,10 +295,7 @@ contains
    pure subroutine set_gamma(self, point)
       class(projection_plan_t), intent(in) :: self
       type(projection_point_t), intent(inout) :: point
-      if (self%components /= ALONG_AXIS) return
-      associate (n => self%axis)
-         point%gamma = times_vector(point%to_body, n)
-      end associate
+      if (self%components == ALONG_AXIS) point%gamma = times_vector(point%to_body, self%axis)
    end subroutine set_gamma
 
    !> Ω, L̇, T, H and the size of its terms.

@@ -8,7 +8,6 @@ module nutate_stage_rates
    use nutate_hamiltonian, only: body_direction, inverse_inertia_at, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: most_inner
-   use nutate_potential, only: potential_t
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_rigid_rates, only: rigid_rates_t
    use nutate_small_products, only: deviator, skew, times_vector

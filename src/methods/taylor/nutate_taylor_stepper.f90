@@ -6,7 +6,7 @@
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
    use nutate_sensitivity_projection, only: project_sensitivities
-   use nutate_hamiltonian, only: body_momentum, moving_energy
+   use nutate_hamiltonian, only: moving_energy
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_inner
