@@ -321,11 +321,7 @@ contains
       about_least = abs(n(least))*sqrt((j(middle) - j(least))*j(most)) >= &
          abs(n(most))*sqrt((j(most) - j(middle))*j(least))
       if (.not. j(middle) > j(least)) about_least = .false.
-      if (about_least) then
-         order = [most, middle, least]
-      else
-         order = [least, middle, most]
-      end if
+      order = merge([most, middle, least], [least, middle, most], about_least)
    end subroutine choose_axes
 
    !> Returns true if Euler's equations give no change: L × Ω = 0.

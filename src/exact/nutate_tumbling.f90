@@ -309,11 +309,7 @@ contains
       rates = length*sqrt([b/(j(1)*(j(3) - j(1))), merge(b/(j(2)*(j(3) - j(2))), a/(j(2)*(j(2) - j(1))), &
            is_short_axis), &
                            a/(j(3)*(j(3) - j(1)))])
-      if (is_short_axis) then
-         rates = rates*[cn, sn, dn]
-      else
-         rates = rates*[dn, sn, cn]
-      end if
+      rates = rates*merge([cn, sn, dn], [dn, sn, cn], is_short_axis)
    end function rates_of
 
    !> Returns a, b, c of L = 1 at a share of the way from pure rotation to the separatrix.

@@ -112,11 +112,7 @@ contains
       !> Attitude, body to space. Shape: (4).
       real(wp), intent(in) :: q(4)
       real(wp) :: v(3)
-      if (q(1) < 0) then
-         v = 2*quat_log(-q)
-      else
-         v = 2*quat_log(q)
-      end if
+      v = 2*quat_log(merge(-q, q, q(1) < 0))
    end function rotation_vector_from_quat
 
    !> Returns the unit quaternion of the z-x-z Euler angles: `exp(k φ/2)∘exp(i θ/2)∘exp(k ψ/2)`.

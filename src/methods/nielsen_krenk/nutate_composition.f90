@@ -78,10 +78,8 @@ contains
       integer, intent(in) :: order
       type(status_t), intent(out) :: status
       integer :: i, k
-      do k = 1, size(compositions)
-         if (compositions(k)%order == order) exit
-      end do
-      if (k > size(compositions)) then
+      k = findloc(compositions%order == order, .true., dim=1)
+      if (k == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, 'no composition has this order (expected 4, 6 or 8)', 'order')
          return
       end if

@@ -125,9 +125,7 @@ contains
       follows = .false.
       if (.not. effects%frame_turns .or. effects%n_torques + effects%n_wheels > 0) return
       if (.not. is_direction(effects%frame_rate)) return
-      do i = 1, effects%n_potentials + effects%n_off
-         if (.not. effects%potentials(i)%item%is_valid()) return
-      end do
+      if (.not. all([(effects%potentials(i)%item%is_valid(), i=1, effects%n_potentials + effects%n_off)])) return
       call conserved_momentum(effects, components, axis)
       follows = components == ALONG_AXIS
    end procedure follows_rotating_axes

@@ -89,14 +89,12 @@ contains
    pure function spinning_inertia(system) result(inertia)
       type(system_t), intent(in) :: system
       real(wp) :: inertia(3, 3)
-      integer :: i, j, k
+      integer :: i, k
       inertia = 0.0_wp
       do i = 1, system%effects%n_reaction_wheels
          associate (wheel => system%effects%wheels(i))
             do k = 1, 3
-               do j = 1, 3
-                  inertia(j, k) = inertia(j, k) + wheel%inertia*(wheel%axis(j)*wheel%axis(k))
-               end do
+               inertia(:, k) = inertia(:, k) + wheel%inertia*(wheel%axis*wheel%axis(k))
             end do
          end associate
       end do

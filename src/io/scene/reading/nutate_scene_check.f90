@@ -147,10 +147,8 @@ contains
                              expected='exactly one in every scene')
       end do
       do i = 1, size(groups)
-         do k = 1, size(kinds)
-            if (kinds(k)%name == groups(i)%name) exit
-         end do
-         if (k > size(kinds)) cycle
+         k = findloc(kinds%name == groups(i)%name, .true., dim=1)
+         if (k == 0) cycle
          do j = 1, size(kinds(k)%keys)
             if (kinds(k)%keys(j)%required .and. .not. groups(i)%has(kinds(k)%keys(j)%name)) &
                call error%raise(groups(i)%line, '&'//trim(groups(i)%name)//' lacks '//trim(kinds(k)%keys(j)%name), &

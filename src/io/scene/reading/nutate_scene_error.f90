@@ -134,9 +134,7 @@ contains
       character(len=*), intent(in) :: names(:)
       type(scene_error_t), intent(inout) :: error
       integer :: i
-      do i = 1, size(names)
-         if (group%has(trim(names(i)))) return
-      end do
+      if (any([(group%has(trim(names(i))), i=1, size(names))])) return
       call error%raise(group%line, '&'//trim(group%name)//' is incomplete', expected=listed(names))
    end subroutine demand_one_of
 

@@ -20,11 +20,8 @@ contains
       type(scene_error_t), intent(inout) :: error
 
       kind = 0
-      if (len(name) <= name_length) then
-         do kind = size(kinds), 1, -1
-            if (kinds(kind)%name == lower_case(name)) return
-         end do
-      end if
+      if (len(name) <= name_length) kind = findloc(kinds%name == lower_case(name), .true., dim=1, back=.true.)
+      if (kind > 0) return
       if (new_name(name, group_names(kinds)) /= '') &
          call error%raise(line, '&'//lower_case(name)//' is now &'//new_name(name, group_names(kinds)))
       call error%raise(line, 'unknown group '//quoted(name), expected=comma_list(group_names(kinds)), &
@@ -39,12 +36,10 @@ contains
       integer, intent(out) :: key
       type(scene_error_t), intent(inout) :: error
 
-      if (len(name) <= name_length) then
-         do key = size(kinds(kind)%keys), 1, -1
-            if (kinds(kind)%keys(key)%name == lower_case(name)) return
-         end do
-      end if
       key = 0
+      if (len(name) <= name_length) &
+         key = findloc(kinds(kind)%keys%name == lower_case(name), .true., dim=1, back=.true.)
+      if (key > 0) return
       if (index(name, '(') > 0) then
          call error%raise(line, quoted(name)//' has a subscript', expected='all values of a key at once')
       else
