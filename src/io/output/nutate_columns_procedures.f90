@@ -26,7 +26,10 @@ contains
 
    module procedure need_attitude
       integer :: i
-      need_attitude = any([(any(names == set_of(quantities(i))) .and. quantities(i)%attitude, i=1, size(quantities))])
+      need_attitude = .false.
+      do i = 1, size(quantities)
+         if (quantities(i)%attitude .and. .not. need_attitude) need_attitude = any(names == set_of(quantities(i)))
+      end do
    end procedure need_attitude
 
    module procedure choose
@@ -87,7 +90,11 @@ contains
          self%widths = spread(0, 1, size(kinds))
          do i = 1, self%n_plain
             do k = self%chosen(i), last_of_set(self%chosen(i))
-               self%widths(i) = self%widths(i) + size(split_list(set_header(self, k)))
+               if (any(quantities(k)%kind == [Q_ENERGIES, Q_WORKS])) then
+                  self%widths(i) = self%widths(i) + size(split_list(set_header(self, k)))
+               else
+                  self%widths(i) = self%widths(i) + width_of(quantities(k))
+               end if
             end do
          end do
          do i = self%n_plain + 1, size(kinds)

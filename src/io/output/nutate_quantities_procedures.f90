@@ -99,18 +99,17 @@ contains
    end procedure width_of
 
    module procedure headers_of
-      character(len=:), allocatable :: mark
       character(len=len(quantity%names)) :: names
       integer :: k
-      mark = ''
-      if (degrees .and. turns_to_degrees(quantity)) mark = '_deg'
       names = numbered(quantity%names, quantity)
+      headers = trim(names)
+      if (.not. (degrees .and. turns_to_degrees(quantity))) return
       headers = ''
       do k = 1, len_trim(names)
-         if (names(k:k) == ',') headers = headers//mark
+         if (names(k:k) == ',') headers = headers//'_deg'
          headers = headers//names(k:k)
       end do
-      headers = headers//mark
+      headers = headers//'_deg'
    end procedure headers_of
 
    module procedure set_headers

@@ -43,8 +43,11 @@ contains
       !> Names of the sets.
       character(len=*), intent(in) :: sets(:)
       integer :: i
-      shows_derivatives = any([(any(sets == set_of(quantities(i))) .and. is_by_free(quantities(i)%propagated), &
-                                i=1, size(quantities))])
+      shows_derivatives = .false.
+      do i = 1, size(quantities)
+         if (is_by_free(quantities(i)%propagated)) shows_derivatives = shows_derivatives .or. &
+            any(sets == set_of(quantities(i)))
+      end do
    end function shows_derivatives
 
    !> Returns true if runs propagate sets of columns: derivatives with respect to free parameters, or chaos indicators.
