@@ -143,6 +143,13 @@ int nutate_stepper_width(const nutate_stepper *stepper, size_t *width);
  * @param[in]  size     size of buffer, bytes */
 int nutate_stepper_column(const nutate_stepper *stepper, size_t column, char *buffer, size_t size);
 
+/** Returns the names of all columns.
+ * @param[in]  stepper  handle
+ * @param[out] buffer   names, separated by commas
+ * @param[in]  size     size of buffer, bytes
+ * @return status: NUTATE_TRUNCATED if size is too small. */
+int nutate_stepper_column_names(const nutate_stepper *stepper, char *buffer, size_t size);
+
 /** Returns the current state as a row.
  * @param[in,out] stepper  handle
  * @param[out]    row      [width], each number in the unit of its column

@@ -60,6 +60,8 @@ int test_c_sizes(void)
     EXPECT(NUTATE_OK, nutate_stepper_row(stepper, rows, 4));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_column(stepper, 4, text, sizeof text));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_column(stepper, (size_t)-1, text, sizeof text));
+    EXPECT(NUTATE_TRUNCATED, nutate_stepper_column_names(stepper, text, sizeof text));
+    CHECK(!strcmp(text, "t,omega1,omega2"));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run(stepper, 10, 1, rows, 9, &n));
     CHECK(n == 0);
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run(stepper, -1, 1, rows, 10, &n));

@@ -64,6 +64,7 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_set_columns(NULL, "energy"));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_width(NULL, &size));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_column(NULL, 0, text, sizeof text));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_column_names(NULL, text, sizeof text));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_row(NULL, x, 16));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_time(NULL, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_quaternion(NULL, x));
@@ -205,6 +206,7 @@ static int null_in_stepper(nutate_stepper *stepper)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_columns(stepper, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_width(stepper, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_column(stepper, 0, NULL, 10));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_column_names(stepper, NULL, 10));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_row(stepper, NULL, 100));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_time(stepper, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_quaternion(stepper, NULL));

@@ -26,7 +26,8 @@ module nutate_c_reading
       nutate_stepper_angular_momentum_space, nutate_stepper_matrix, nutate_stepper_euler, nutate_stepper_energy, &
       nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver, nutate_stepper_uncertified, &
       nutate_stepper_accuracy
-   public :: nutate_stepper_set_columns, nutate_stepper_width, nutate_stepper_column, nutate_stepper_row, choose_columns
+   public :: nutate_stepper_set_columns, nutate_stepper_width, nutate_stepper_column, nutate_stepper_column_names, &
+      nutate_stepper_row, choose_columns
 
 contains
 
@@ -210,6 +211,14 @@ contains
       if (column < 0 .or. column >= handle%columns%width) return
       code = text_to_c(trim(nth_name(handle%names, int(column) + 1)), buffer, size)
    end function nutate_stepper_column
+
+   integer(c_int) function nutate_stepper_column_names(stepper, buffer, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, buffer
+      integer(c_size_t), intent(in), value :: size
+      type(stepper_handle_t), pointer :: handle
+      call find_readable(stepper, .true., .false., handle, code)
+      if (code == NUTATE_OK) code = text_to_c(handle%names, buffer, size)
+   end function nutate_stepper_column_names
 
    integer(c_int) function nutate_stepper_row(stepper, row, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper
