@@ -45,7 +45,7 @@ Textual = Union[str, bytes, "os.PathLike[str]"]
 SIGNATURES: list[tuple[tuple[Any, ...], str]] = [
     ((Text, Size), "get_version"),
     ((Int, Text, Size), "status_text"),
-    ((Handle, Text, Size), "last_message scene_get_title stepper_restore"),
+    ((Handle, Text, Size), "last_message scene_get_title stepper_restore stepper_column_names"),
     ((Doubles, Double, Doubles, Int, HandlePointer, Text, Size), "system_create_moments system_create_tensor"),
     ((Text, Doubles, Size, Double, Double, Doubles, HandlePointer, Text, Size), "system_create_shape"),
     ((Text, HandlePointer, Text, Size), "system_parse"),
@@ -81,7 +81,7 @@ SIGNATURES: list[tuple[tuple[Any, ...], str]] = [
     ((Handle, Text, Size, Text, Size), "scene_equilibria"),
     ((Handle, Double, Text, Size, Text, Size), "scene_linearize"),
     ((Handle, Sizes, Sizes), "fit_size"),
-    ((Handle, Size, Text, Size), "fit_name history_name stepper_column"),
+    ((Handle, Size, Text, Size), "fit_name history_name"),
     ((Handle, Doubles, Doubles), "fit_cost stepper_orbit stepper_lvlh_attitude scene_get_initial"),
     ((Handle, Doubles, Doubles, ctypes.POINTER(Int), Text, Size), "fit_solve"),
     ((Handle, ctypes.POINTER(Long), Sizes), "sweep_size"),
@@ -103,6 +103,7 @@ SIGNATURES: list[tuple[tuple[Any, ...], str]] = [
     ((Handle, Double, Address, Address), "stepper_set_state stepper_set_canonical"),
     ((Handle, Double, Doubles, Doubles), "stepper_state_at"),
     ((Handle,), "stepper_prepare stepper_keep_steps"),
+    ((Handle, Address), "stepper_run_rows"),
     ((Handle, Double, Doubles, Doubles, Doubles, Double, Size, Doubles, Doubles), "stepper_dense_output"),
     ((Handle, Double, Long, ctypes.POINTER(Long)), "stepper_steps"),
     ((Handle, Long, Long, Doubles, Size, Sizes), "stepper_run"),
@@ -110,7 +111,6 @@ SIGNATURES: list[tuple[tuple[Any, ...], str]] = [
     ((Handle, Size, Doubles, Doubles, Doubles), "stepper_wheel"),
     ((Handle, Size, Doubles, Doubles, Doubles, Doubles), "stepper_sphere"),
     ((Handle, Size, Double), "stepper_set_motor"),
-    ((Handle, Double, Long, Double, Doubles, Size, HandlePointer), "stepper_run_history"),
     ((Handle, Handle), "stepper_differentiate stepper_follow_chaos"),
     ((Handle, PollCallback, ctypes.c_void_p), "stepper_set_poll scene_set_poll"),
     ((Handle, Text, Size, Sizes), "stepper_save"),
@@ -280,20 +280,28 @@ def create(function: Any, *arguments: Any) -> ctypes.c_void_p:
 
 def encoded(text: Textual) -> bytes:
     """Encodes a string or path for C; rejects embedded NULs."""
-    if not isinstance(text, (str, bytes, os.PathLike)):
+    if isinstance(text, str):
+        data = text.encode("utf-8", "surrogateescape")
+    elif isinstance(text, (bytes, os.PathLike)):
+        data = os.fsencode(text)
+    else:
         raise TypeError(f"{text!r} is not a text (expected str, bytes or a path)")
-    data = os.fsencode(text) if isinstance(text, (bytes, os.PathLike)) else text.encode("utf-8", "surrogateescape")
     if b"\0" in data:
         raise refusal(f"{text!r} contains a NUL character (expected text without it)")
     return data
 
 
+FLOAT = np.dtype(np.float64)
+
+
 def doubles(values: Any, name: str) -> Array:
     """A contiguous array of doubles. Masked, complex and calendar values are rejected: NumPy would convert what is under the mask,
     the real part, and a count of some unit of time."""
+    if type(values) is np.ndarray and values.dtype is FLOAT:
+        return np.asarray(values, order="C")
     try:
         array = np.asarray(values)
-        whole = np.asarray(array.real, dtype=np.float64, order="C")
+        whole = np.asarray(array.real, dtype=FLOAT, order="C")
     except ValueError as error:
         raise refusal(f"{name} is {values!r} (expected numbers)") from error
     kind = "masked" if np.ma.is_masked(values) else {"c": "complex", "m": "calendar", "M": "calendar"}.get(array.dtype.kind)
@@ -348,6 +356,7 @@ noted: list[Any] = []
 waiting: list[Any] = []
 # The functions below those of `signal`, whose enumerations take longer than a short run.
 raw_signal: Any = importlib.import_module("_signal" if "_signal" in sys.builtin_module_names else "signal")
+get_handler, set_handler = raw_signal.getsignal, raw_signal.signal
 SIGINT = int(signal.SIGINT)
 
 
@@ -374,26 +383,30 @@ asked = PollCallback(wants_to_stop)
 
 def interruptible(function: Any, *arguments: Any) -> int:
     """The status of a function of the library, which Ctrl-C ends where it asks; raise_interrupt is to follow."""
-    handler = raw_signal.getsignal(SIGINT)
-    if not callable(handler) or handler is note:
-        return int(function(*arguments))
+    handler = get_handler(SIGINT)
+    status: int
+    if handler is note or not callable(handler):
+        status = function(*arguments)
+        return status
     try:
-        raw_signal.signal(SIGINT, note)
+        set_handler(SIGINT, note)
     except ValueError:
         # Signals go to the main thread, which this is not.
-        return int(function(*arguments))
+        status = function(*arguments)
+        return status
     waiting.append(handler)
     try:
-        return int(function(*arguments))
+        status = function(*arguments)
+        return status
     finally:
-        raw_signal.signal(SIGINT, handler)
+        set_handler(SIGINT, handler)
         if not noted:
             waiting.clear()
 
 
 def raise_interrupt() -> None:
     """Gives a signal that was noted to its handler, which mostly raises KeyboardInterrupt."""
-    if not noted or get_ident() != main_thread().ident or raw_signal.getsignal(SIGINT) is note:
+    if not noted or get_ident() != main_thread().ident or get_handler(SIGINT) is note:
         return
     handlers, signals = waiting[:], noted[:]
     waiting.clear()

@@ -62,13 +62,13 @@ class Owner:
 
     def _call(self, name: str, *arguments: Any) -> None:
         """Calls a function of this handle; raises what a callback raised, or NutateError."""
-        function = getattr(library, name)
-        if self._callbacks:
-            self._conclude(interruptible(function, self._handle, *arguments))
+        function, handle = getattr(library, name), self._owned or self._handle
+        if self._callbacks._kept:
+            self._conclude(interruptible(function, handle, *arguments))
             return
-        status = function(self._handle, *arguments)
+        status = function(handle, *arguments)
         if status:
-            check(status, text_of(library.nutate_last_message, self._handle))
+            check(status, text_of(library.nutate_last_message, handle))
 
     def _conclude(self, status: int, history: Optional[dict[str, Array]] = None, message: Optional[str] = None) -> None:
         """Raises what interrupted a call, what a callback raised in it, or NutateError, with the rows so far."""
@@ -152,9 +152,6 @@ class Callbacks:
     def __init__(self) -> None:
         self._kept: list[Any] = []
         self._raised = threading.local()
-
-    def __bool__(self) -> bool:
-        return bool(self._kept)
 
     def raise_again(self) -> None:
         """Raises what a callback raised since the last call, if one did."""

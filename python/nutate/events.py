@@ -61,7 +61,7 @@ class History(dict):  # type: ignore[type-arg]
     """Fast Lyapunov indicator; None without &chaos."""
 
     def __init__(self, columns: Union[dict[str, Array], Iterable[tuple[str, Array]]], events: list[Event]) -> None:
-        super().__init__(columns)
+        dict.__init__(self, columns)
         self.events = events
 
     def _take_accuracy(self, estimated_error: float, round_off: float, accuracy: float) -> None:

@@ -10,7 +10,7 @@ from typing import Any, Optional, Union
 
 import numpy as np
 
-from ._library import (Array, Text, Textual, answer, asked, check, create, encoded, interruptible, library, name_of, pointer,
+from ._library import (Address, Array, Text, Textual, answer, asked, check, create, encoded, interruptible, library, name_of, pointer,
                        refusal, text_of)
 from .events import History, take_events
 from .systems import UserEffects
@@ -198,6 +198,44 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
     finally:
         library.nutate_history_destroy(ctypes.byref(handle))
     return history, uncertified
+
+
+# The struct nutate_row_run: what is set for a run, the array for its rows, and the results, with their offsets.
+PLAN, ARRAY, RESULTS = struct.Struct("dqdQQ"), struct.Struct("QQ"), struct.Struct("5q3dQ")
+RESULTS_FROM = PLAN.size + ARRAY.size
+# Rows for which the array has room; a run with more makes a history of the library.
+ROOM = 64
+
+
+class RowRun:
+    """A run to a time, for columns with these names, and the memory for its rows and results."""
+
+    def __init__(self, names: list[str]) -> None:
+        self.names = names
+        self._rows = np.empty((ROOM, len(names)))
+        self._run = bytearray(RESULTS_FROM + RESULTS.size)
+        ARRAY.pack_into(self._run, PLAN.size, self._rows.ctypes.data, ROOM)
+        self.address = Address(ctypes.addressof(ctypes.c_char.from_buffer(self._run)))
+
+    def plan(self, end_time: float, every: int, interval: float, times: Optional[Array]) -> None:
+        """Sets what the run needs; `times` must live as long as the run."""
+        try:
+            if times is None:
+                PLAN.pack_into(self._run, 0, end_time, every, interval, 0, 0)
+            else:
+                PLAN.pack_into(self._run, 0, end_time, every, interval, times.ctypes.data, times.size)
+        except struct.error as error:
+            raise refusal(f"every is {every} (expected 1 to {2**63 - 1})") from error
+
+    def take(self) -> History:
+        """Returns the rows and results of the last run."""
+        n_rows, _, _, _, _, *errors, history = RESULTS.unpack_from(self._run, RESULTS_FROM)
+        if history:
+            return take_history(ctypes.c_void_p(history), self.names)[0]
+        rows = History(zip(self.names, self._rows[:n_rows].T.copy()), [])
+        if errors[2] > 0:
+            rows._take_accuracy(*errors)
+        return rows
 
 
 def run(path: Textual, *overrides: str) -> History:

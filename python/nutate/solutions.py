@@ -412,7 +412,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         return Solution(columns, sol, system=copy.copy(body), labels=labels, method=stepper.get("method"),
                         n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), uncertified_steps=stepper.uncertified_steps,
                         sensitivity=sensitivity, exponents=ends.exponents, megno=ends.megno, fli=ends.fli,
-                        errors=errors_of(stepper, columns, failed), accuracy_reached=ends.accuracy_reached,
+                        errors=errors_of(stepper, columns, ends.estimated_error), accuracy_reached=ends.accuracy_reached,
                         **outcome(stepper, looked_for, failed, ends.accuracy_reached, ended_early(ends["t"], span[1])))
 
 
@@ -453,10 +453,9 @@ def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[Histor
         return History(error.history, []), error
 
 
-def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[NutateError]) -> dict[str, float]:
+def errors_of(stepper: Stepper, columns: dict[str, Array], attitude: Optional[float]) -> dict[str, float]:
     """The largest errors of the invariants; those of energy and momentum are relative, as in the summary of `nutate run`."""
-    asked_for = float(stepper.get("accuracy")) > 0 and failed is None
-    errors = {"attitude": float(stepper.estimated_error[0]) if asked_for else float("nan")}
+    errors = {"attitude": float("nan") if attitude is None else attitude}
     if not len(columns["t"]):
         return errors
     conserved, axis = stepper.conserved

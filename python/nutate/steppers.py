@@ -11,13 +11,13 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Message, NutateError, asked, check, create, doubles, encoded, interruptible, library, name_of, pointer, quaternion, refusal,
-                       text_of, vector)
+from ._library import (Array, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, doubles, encoded, interruptible, library,
+                       noted, pointer, quaternion, refusal, text_of, vector)
 from ._owners import make_again
 from .attitudes import rotate_to_body
 from .events import Event, History, take_events
 from .satellites import SatelliteState
-from .scenes import Scene, take_history
+from .scenes import RowRun, Scene
 from .systems import System, group
 
 
@@ -36,7 +36,7 @@ def setting(key: str, value: Any) -> str:
     raise TypeError(f"{key} is {value!r} (expected a number, a boolean or a string)")
 
 
-take_step = library.nutate_stepper_step
+take_step, run_rows = library.nutate_stepper_step, library.nutate_stepper_run_rows
 
 
 class Stepper(SatelliteState):
@@ -82,6 +82,7 @@ class Stepper(SatelliteState):
         self._settings: dict[str, Any] = {}
         self._sets: Optional[tuple[str, ...]] = None
         self._names: Optional[list[str]] = None
+        self._run: Optional[RowRun] = None
         self._events: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
         self._propagated: dict[str, tuple[Any, ...]] = {}
         self.set(**settings)
@@ -140,7 +141,8 @@ class Stepper(SatelliteState):
     def __copy__(self) -> Stepper:
         handle = create(library.nutate_stepper_copy, self._handle)
         twin = Stepper.__new__(Stepper)
-        twin.__dict__.update(self.__dict__, _owned=handle, _settings=dict(self._settings), _events=list(self._events))
+        twin.__dict__.update(self.__dict__, _owned=handle, _settings=dict(self._settings), _events=list(self._events),
+                             _run=None)
         check(library.nutate_stepper_set_poll(twin._handle, asked, None))
         return twin
 
@@ -244,7 +246,7 @@ class Stepper(SatelliteState):
         (0.01, [0.0, 0.0, 3.0])
         """
         # Without callbacks what _call does, line by line: looking the function up would take as long as a step.
-        if self._callbacks or not self._owned:
+        if self._callbacks._kept or not self._owned:
             self._call("nutate_stepper_step", float(dt))
             return
         status = take_step(self._owned, float(dt))
@@ -353,12 +355,14 @@ class Stepper(SatelliteState):
         """
         wanted = None if times is None else np.atleast_1d(doubles(times, "times"))
         # Before the run: a call after it would raise the KeyboardInterrupt without the rows.
-        names = self.column_names
-        handle = ctypes.c_void_p()
-        status = interruptible(library.nutate_stepper_run_history, self._handle, float(end_time), operator.index(every),
-                               float(interval), pointer(wanted), 0 if wanted is None else wanted.size, ctypes.byref(handle))
-        history, _ = take_history(handle, names)
-        self._conclude(status, history)
+        run = self._run
+        if run is None or run.names is not self._names:
+            run = self._run = RowRun(self._known_names())
+        run.plan(float(end_time), operator.index(every), float(interval), wanted)
+        status = interruptible(run_rows, self._owned or self._handle, run.address)
+        history = run.take()
+        if status or noted:
+            self._conclude(status, history)
         history._warn()
         return history
 
@@ -534,10 +538,16 @@ class Stepper(SatelliteState):
     @property
     def column_names(self) -> list[str]:
         """Names of the columns of runs; the first is "t"."""
+        return list(self._known_names())
+
+    def _known_names(self) -> list[str]:
+        """The list of these names, which stays the same until the columns change."""
         if self._names is None:
-            width = self._count("nutate_stepper_width")
-            self._names = [name_of(library.nutate_stepper_column, self._handle, i) for i in range(width)]
-        return list(self._names)
+            buffer = ctypes.create_string_buffer(NAME_SIZE*self._count("nutate_stepper_width"))
+            self._call("nutate_stepper_column_names", buffer, len(buffer))
+            self._names = names = buffer.value.decode().split(",")
+            return names
+        return self._names
 
     @property
     def row(self) -> dict[str, float]:

@@ -342,10 +342,11 @@ class CallbackTest(unittest.TestCase):
         system = nutate.System(text="&body inertia = 3, 4, 5, mass = 1, center_of_mass = 0, 0, 0.3 / "
                                     "&gravity name = 'field', acceleration = 0, 0, -9.81 / &wheel axis = 0, 0, 1, inertia = 0.1 /")
 
-        def make():
-            stepper = nutate.Stepper(system, method="taylor", local_tolerance=1e-9)
+        def make(settings):
+            stepper = nutate.Stepper(system, method="taylor", **settings)
+            stepper.set_columns("quaternion", "angular_velocity")
             stepper.add_event(lambda t, q, omega: t - 0.5, "late", crosses=0, switch="field off")
-            return stepper
+            return restart(stepper)
 
         def bits(stepper, end):
             return {name: values.tobytes() for name, values in stepper.run_to(end).items()}
@@ -354,21 +355,22 @@ class CallbackTest(unittest.TestCase):
             stepper.set_state((0.8, 0.6, 0, 0), (0.3, 1, 5))
             return stepper
 
-        new, used = restart(make()), make()
-        for stop in (0.3, 0.7):
-            restart(used).run_to(stop)
-            restart(used).set_motor(0, 0.2)
-            used.run_to(stop)
-        expected = bits(new, 0.7)
-        self.assertEqual(bits(restart(used), 0.7), expected)
-        # The state that is restored has no field, the stepper that restores it has been prepared with the field.
-        needed = new._count("nutate_stepper_save", None, 0)
-        saved = ctypes.create_string_buffer(needed)
-        new._call("nutate_stepper_save", saved, needed, None)
-        prepared = restart(make())
-        prepared.run_to(0.3)
-        restart(prepared)._call("nutate_stepper_restore", saved, needed)
-        self.assertEqual(bits(prepared, 1.0), bits(new, 1.0))
+        for settings in ({"local_tolerance": 1e-9}, {"time_step": 0.01}):
+            with self.subTest(**settings):
+                new, used, prepared = (make(settings) for _ in range(3))
+                for stop in (0.3, 0.7):
+                    restart(used).run_to(stop)
+                    restart(used).set_motor(0, 0.2)
+                    used.run_to(stop)
+                self.assertEqual(bits(restart(used), 0.7), bits(new, 0.7))
+                # The state that is restored has no field, the stepper that restores it has been prepared with the field, and
+                # settings that are read by the next run leave that to it.
+                new.set(**settings)
+                saved = ctypes.create_string_buffer(new._count("nutate_stepper_save", None, 0))
+                new._call("nutate_stepper_save", saved, len(saved), None)
+                prepared.prepare()
+                restart(prepared)._call("nutate_stepper_restore", saved, len(saved))
+                self.assertEqual(bits(prepared, 1.0), bits(new, 1.0))
 
     def test_a_stepper_outlives_its_system(self):
         system = nutate.System(moments=(1, 2, 2.5))
@@ -520,6 +522,21 @@ class MisuseTest(unittest.TestCase):
         with self.assertRaises(nutate.NutateError) as caught:
             scene.run()
         self.assertEqual(len(caught.exception.history["t"]), 51)
+
+    def test_rows_are_the_same_however_many_there_are(self):
+        for n in (1, 63, 64, 65, 3000):
+            stepper = make_box()
+            with self.subTest(n=n):
+                history = stepper.run_to(0.01*(n - 1)) if n > 1 else stepper.run_to(0.0)
+                self.assertEqual(len(history["t"]), n)
+                single = make_box().run(n - 1, initial=True)
+                for name, values in single.items():
+                    self.assertEqual(values.tobytes(), history[name].tobytes(), name)
+
+    def test_a_number_of_steps_beyond_64_bits_is_rejected(self):
+        for every in (2**63, -2**63 - 1):
+            with self.assertRaisesRegex(nutate.NutateValueError, r"every is -?\d+ \(expected 1 to 9223372036854775807\)"):
+                make_box().run_to(1.0, every)
 
     def test_steps(self):
         stepper = make_box()
