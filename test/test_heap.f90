@@ -203,15 +203,16 @@ contains
       call check_size(error, damping, 'rk8', '', 9800)
    end subroutine steppers_are_small
 
-   !> Checks the bytes of a stepper after a step, the mean of some; the first may need what all of them share.
+   !> Checks the bytes of a stepper after a step, the mean of some: those before may need what all of them share, and use
+   !> up the free pieces of the heap, which may be a little too long.
    subroutine check_size(error, group, method, formulation, most)
       type(error_type), allocatable, intent(inout) :: error
       !> Group of the effect, blank: none; method; formulation, blank: that of the method.
       character(len=*), intent(in) :: group, method, formulation
       !> Bytes.
       integer, intent(in) :: most
-      integer, parameter :: number = 100
-      type(c_ptr), target :: system, steppers(0:number)
+      integer, parameter :: others = 100, number = 100
+      type(c_ptr), target :: system, steppers(others + number)
       integer(c_long_long) :: before, bytes
       integer(c_int) :: code
       character(len=200) :: text
@@ -222,8 +223,8 @@ contains
                                           c_loc(system), c_null_ptr, 0_c_size_t)
       if (group /= '') code = code + nutate_system_add_groups(system, text_to_c(group))
       before = 0
-      do i = 0, number
-         if (i == 1) before = heap_in_use()
+      do i = 1, others + number
+         if (i == others + 1) before = heap_in_use()
          code = code + nutate_stepper_create(system, c_loc(steppers(i)), c_null_ptr, 0_c_size_t)
          code = code + nutate_stepper_set(steppers(i), text_to_c('method'), text_to_c(method))
          if (formulation /= '') code = code + nutate_stepper_set(steppers(i), text_to_c('formulation'), &
@@ -233,7 +234,7 @@ contains
          code = code + nutate_stepper_step(steppers(i), 0.01_wp)
       end do
       bytes = (heap_in_use() - before)/number
-      do i = 0, number
+      do i = 1, others + number
          code = code + nutate_stepper_destroy(c_loc(steppers(i)))
       end do
       code = code + nutate_system_destroy(c_loc(system))

@@ -50,8 +50,6 @@ module nutate_stepper
       real(wp), allocatable :: work(:)
       !> Settings of the last `prepare`.
       type(integrator_settings_t) :: prepared_with = integrator_settings_t()
-      !> The next `prepare` is for the system of the last one, unchanged: a method may keep what depends on that alone.
-      logical :: keeps_system = .false.
       !> Which method, projection and axes the stepper is made of, as `make_stepper` numbers them; 0: another way.
       integer :: parts = 0
       !> The method conserves by itself, and is not projected: `propagate` removes from sensitivities what round-off
@@ -67,6 +65,8 @@ module nutate_stepper
       !> (gfortran 12 has no recursive class); it has been used since the last step.
       class(*), allocatable, private :: again
       logical, private :: used = .false.
+      !> The next `prepare` is for the system of the last one, unchanged: a method may keep what depends on that alone.
+      logical :: keeps_system = .false.
    contains
       !> Stores the settings and makes the work space; must be called before the first step and after every change of
       !> the system.

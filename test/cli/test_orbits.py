@@ -1,6 +1,7 @@
 """Orbits: their columns in both units, their events, what check and summary say, members, and runs that go on."""
 import math
 import re
+import sys
 import unittest
 
 from support import ORBIT_COLUMNS, TUMBLING_COLUMNS, CommandLineTest
@@ -208,7 +209,9 @@ class Orbits(CommandLineTest):
             names, rows = self.history("table.csv")
             self.assertEqual(names, header)
             for row, other in zip(rows, expected):
-                self.assertLess(abs(row[header.index("energy_residual")]), 1.5e-14 * row[header.index("kinetic")])
+                # At most a rounding in each of the 200 steps of a method that does not conserve.
+                roundings = 200 if method == "dop853" else 20
+                self.assertLess(abs(row[header.index("energy_residual")]), roundings * sys.float_info.epsilon * row[header.index("kinetic")])
                 # Natural splines through lines every 100 s are worst at the ends.
                 if method == "nielsen_krenk":
                     self.assertAlmostEqual(row[header.index("q1")], other[header.index("q1")], delta=1e-6)

@@ -131,9 +131,9 @@ contains
       if (.not. allocated(self%buffer)) allocate (character(len=buffer_size) :: self%buffer)
    end subroutine begin
 
-   !> Continues the partial file that another run left, after the bytes that it recorded; later bytes are cut off. Errors:
-   !> `NUTATE_BAD_ARGUMENT` for checkpoint data that cannot be read; `NUTATE_IO` if that file does not exist or has
-   !> changed; nothing has been changed then.
+   !> Continues the partial file that another run left, after the bytes that it recorded; later bytes are cut off.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for checkpoint data that cannot be read; `NUTATE_IO` if that file does not exist or
+   !> has changed; nothing has been changed then.
    subroutine reopen(self, name, archive, status)
       class(output_file_t), intent(inout) :: self
       !> Name that `open` received.
