@@ -32,6 +32,9 @@ module nutate_taylor_stepper
    !> Order for a tolerance, per binary digit (one per decimal digit) and beside: up to there the cost of a step grows
    !> more slowly than its length. `make bench BENCH=bench_series` shows the time of a run by order.
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 11.0_wp
+   !> The same where no effect has a series of its own beside the rows: in linear potentials, under torques that are
+   !> linear in Ω or depend on time alone, with wheels.
+   real(wp), parameter :: simple_order_per_digit = 0.4_wp, simple_extra_order = 14.0_wp
    !> The same for free bodies, whose coefficients cost a fifth of a step.
    real(wp), parameter :: free_order_per_digit = 0.6_wp, free_extra_order = 7.0_wp
    !> Order for a tolerance, per binary digit and beside, for tops in the axial frame, 20 to 26: coefficients there cost
@@ -289,6 +292,8 @@ contains
          order = nint(axial_extra_order - axial_order_per_digit*digits)
       case default
          order = nint(extra_order - order_per_digit*digits)
+         if (self%series%torques%is_simple .or. .not. self%series%torques%has_more) &
+            order = nint(simple_extra_order - simple_order_per_digit*digits)
       end select
       order = min(max(order, least_order), highest_order)
    end function order_for
