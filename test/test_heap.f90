@@ -203,8 +203,8 @@ contains
       call check_size(error, damping, 'rk8', '', 9800)
    end subroutine steppers_are_small
 
-   !> Checks the bytes of a stepper after a step, the mean of some: those before may need what all of them share, and use
-   !> up the free pieces of the heap, which may be a little too long.
+   !> Checks the bytes of a stepper after a step, the mean of some. Those before may need what all of them share, and
+   !> use up the free pieces of the heap, which may be a little too long.
    subroutine check_size(error, group, method, formulation, most)
       type(error_type), allocatable, intent(inout) :: error
       !> Group of the effect, blank: none; method; formulation, blank: that of the method.

@@ -24,6 +24,7 @@ class WithoutPython(CommandLineTest):
             os.chmod(self.path(folder + "/python3"), stat.S_IRWXU)
         shutil.copy(self.program, self.path("bin/nutate"))
         environment = {**os.environ, "PATH": self.path("other") + os.pathsep + os.environ["PATH"]}
+        environment.pop("PYTHONPATH", None)
         command = (self.path("bin/nutate"), "view", "box.nml", "--set", "body.mass=3")
         subprocess.run(command, cwd=self.folder, env=environment, check=True)
         self.assertEqual(self.read("calls").splitlines()[-1], "bin -m nutate.view --output=box.html --set=body.mass=3 -- box.nml")
