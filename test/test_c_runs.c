@@ -261,6 +261,14 @@ int test_c_saved_steppers(void)
         EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 5, 5, row[0], 1, NULL));
         EXPECT(NUTATE_OK, nutate_stepper_run(other, 5, 5, row[1], 1, NULL));
         CHECK(!memcmp(row[0], row[1], sizeof row[0]));
+        /* Bytes of other settings or columns. */
+        EXPECT(NUTATE_OK, nutate_stepper_set(other, "time_step", "0.003"));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(other, bytes, size));
+        EXPECT(NUTATE_OK, nutate_stepper_set(other, "time_step", "0.02"));
+        EXPECT(NUTATE_OK, nutate_stepper_restore(other, bytes, size));
+        EXPECT(NUTATE_OK, nutate_stepper_set(other, "method", i == 0 ? "rk4" : "nielsen_krenk"));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(other, bytes, size));
+        EXPECT(NUTATE_OK, nutate_stepper_set(other, "method", methods[i]));
         EXPECT(NUTATE_OK, nutate_stepper_set_columns(other, "energy"));
         EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(other, bytes, size));
         EXPECT(NUTATE_OK, nutate_stepper_destroy(&other));

@@ -8,6 +8,7 @@ module nutate_c_copies
    use nutate_c_polls, only: poll_t
    use nutate_c_quantity, only: c_event_t
    use nutate_c_settings, only: prepare
+   use nutate_kinds, only: long
    use nutate_methods, only: make_stepper, stepper_t
    use nutate_progress, only: start_run, transfer_progress
    use nutate_run_plan, only: run_plan_t
@@ -173,11 +174,27 @@ contains
       if (status%ok()) call handle%found%transfer(archive, status)
       if (.not. (status%ok() .and. archive%is_whole())) return
       if (archive%is_reading() .and. .not. stale) call prepare(handle, status)
+      if (status%ok() .and. .not. stale) call archive%expect(settings_of(handle))
       if (status%ok() .and. .not. stale) call transfer_method(handle, ready, archive, status)
       handle%stale = stale
       if (archive%is_reading() .and. .not. (ready .and. status%ok())) call unprepare(handle)
       if (status%ok()) call handle%columns%transfer(archive)
    end subroutine transfer_handle
+
+   !> Returns the settings of a stepper that decide its steps, as text: numbers by their bits.
+   function settings_of(handle) result(text)
+      type(stepper_handle_t), intent(in) :: handle
+      character(len=:), allocatable :: text
+      character(len=200) :: line
+      associate (given => handle%run%requested, plan => handle%plan)
+         write (line, '(2(a,1x),3(i0,1x),2(l1,1x),5(z16,1x))') &
+            trim(given%method), trim(given%formulation), given%order, given%series_order, given%max_iterations, &
+            given%conserve, given%projection, &
+            transfer([given%inverse_auxiliary_inertia, given%tolerance, plan%time_step, plan%goal%accuracy, &
+                      plan%goal%local_tolerance], [0_long])
+      end associate
+      text = trim(line)
+   end function settings_of
 
    !> Writes or reads the chosen method, and the data that it keeps between steps. Errors: those of its `prepare`.
    subroutine transfer_method(handle, ready, archive, status)
