@@ -24,11 +24,14 @@ module nutate_wheel_series
       !> h at the start, N m s, and whether the motor acts; shape (most_inner).
       real(wp), private :: first(most_inner) = 0.0_wp
       logical, private :: driven(most_inner) = .false.
-      !> Axes, body axes, shape (3, n); 1/Jw, kg⁻¹ m⁻², and c, N m s, shape (n); h, N m s, shape (0:highest_order, n).
-      real(wp), allocatable, private :: axes(:, :), inverse_inertia(:), friction(:), momentum(:, :)
-      !> A lane for the motor of each wheel and one for its friction: ω, rad/s, torques u and -cω, N m, and their works
-      !> in units of time, W; shape (lane, 0:highest_order, groups of lanes).
+      !> Axes, body axes, shape (3, n).
+      real(wp), allocatable, private :: axes(:, :)
+      !> A lane for the motor of each wheel and one for its friction. h, N m s, of the wheel; ω, rad/s; torques u and
+      !> -cω, N m, and their works in units of time, W; shape (lane, 0:highest_order, groups of lanes).
+      real(wp), allocatable, private :: momentum(:, :, :)
       real(wp), allocatable, dimension(:, :, :) :: speeds, torques, works
+      !> Constants of each lane: axis, 1/Jw, kg⁻¹ m⁻², and c, N m s; shape (lane, 5, groups).
+      real(wp), allocatable, private :: constants(:, :, :)
       !> Auxiliary series of the motors, and the first and last of each; shapes (0:highest_order, any), (2, n).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
@@ -64,25 +67,27 @@ contains
       class(wheel_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(status_t), intent(inout) :: status
-      integer :: i, last
+      integer :: i, j, lane, group, last
       self%n = effects%n_wheels
-      if (allocated(self%axes)) deallocate (self%axes, self%inverse_inertia, self%friction, self%momentum, &
-                                            self%speeds, self%torques, self%works, self%auxiliary, self%columns, &
-                                            self%omega, self%gamma, self%is_timed, self%is_led)
+      if (allocated(self%axes)) deallocate (self%axes, self%constants, self%momentum, self%speeds, self%torques, &
+                                            self%works, self%auxiliary, self%columns, self%omega, self%gamma, &
+                                            self%is_timed, self%is_led)
       if (self%n == 0) return
-      allocate (self%axes(3, self%n), self%inverse_inertia(self%n), self%friction(self%n), &
-                self%momentum(0:highest_order, self%n), self%omega(3, 0:highest_order), &
-                self%gamma(3, 0:highest_order), source=0.0_wp)
-      allocate (self%speeds(4, 0:highest_order, (self%n + 1)/2), self%torques(4, 0:highest_order, (self%n + 1)/2), &
-                self%works(4, 0:highest_order, (self%n + 1)/2), source=0.0_wp)
+      allocate (self%axes(3, self%n), self%omega(3, 0:highest_order), self%gamma(3, 0:highest_order), source=0.0_wp)
+      group = (self%n + 1)/2
+      allocate (self%momentum(4, 0:highest_order, group), self%speeds(4, 0:highest_order, group), &
+                self%torques(4, 0:highest_order, group), self%works(4, 0:highest_order, group), &
+                self%constants(4, 5, group), source=0.0_wp)
       allocate (self%columns(2, self%n), source=0)
       allocate (self%is_timed(self%n), self%is_led(self%n), source=.false.)
       last = 0
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
             self%axes(:, i) = wheel%axis
-            self%inverse_inertia(i) = 1/wheel%inertia
-            self%friction(i) = wheel%friction
+            call find_lane(i, lane, group)
+            do j = lane, lane + 1
+               self%constants(j, :, group) = [wheel%axis, 1/wheel%inertia, wheel%friction]
+            end do
             self%columns(:, i) = [last + 1, last]
             if (.not. allocated(wheel%motor)) cycle
             if (any(wheel%motor%series_kind() == [NO_SERIES, LINEAR_SERIES, SPACE_SERIES])) then
@@ -137,7 +142,7 @@ contains
       self%time_unit = time_unit
       do i = 1, self%n
          call find_lane(i, lane, group)
-         self%momentum(0, i) = self%first(i)
+         self%momentum(lane:lane + 1, 0, group) = self%first(i)
          self%torques(lane, :order, group) = 0.0_wp
          self%is_led(i) = .false.
          if (.not. self%driven(i)) cycle
@@ -169,7 +174,7 @@ contains
       integer :: i
       term = 0.0_wp
       do i = 1, self%n
-         term = term + self%momentum(k, i)*self%axes(:, i)
+         term = term + self%momentum(1 + 2*iand(i - 1, 1), k, (i + 1)/2)*self%axes(:, i)
       end do
    end function term
 
@@ -189,42 +194,47 @@ contains
          call add_drive(self, effects, i, k, drive)
          self%torques(lane, k, group) = drive
       end do
-      call add_speeds(self%n, k, self%time_unit, omega, self%axes, self%inverse_inertia, self%friction, self%speeds, &
-                      self%torques, self%momentum)
-      if (k == highest_order) return
+      call add_speeds(size(self%speeds, 3), k, self%time_unit, omega, self%constants, self%speeds, self%torques, &
+                      self%momentum)
+      if (k == highest_order .or. effects%n_reaction_wheels == self%n) return
       do i = effects%n_reaction_wheels + 1, self%n, 3
          tau = 0.0_wp
          do j = 0, k
-            tau = tau + cross(self%momentum(j, i:i + 2), self%omega(:, k - j))
+            tau = tau + cross([self%momentum_term(j, i), self%momentum_term(j, i + 1), self%momentum_term(j, i + 2)], &
+                              self%omega(:, k - j))
          end do
-         self%momentum(k + 1, i:i + 2) = self%momentum(k + 1, i:i + 2) + (self%time_unit*inverses(k + 1))*tau
+         do j = 1, 3
+            call find_lane(i + j - 1, lane, group)
+            self%momentum(lane:lane + 1, k + 1, group) = self%momentum(lane:lane + 1, k + 1, group) &
+                                                         + (self%time_unit*inverses(k + 1))*tau(j)
+         end do
       end do
    end subroutine add_term
 
-   !> Adds coefficient k of the speeds and of the torques of friction, and k + 1 of h. Arrays of explicit shape have
-   !> constant strides.
-   pure subroutine add_speeds(n, k, time_unit, omega, axes, inverse_inertia, friction, speeds, torques, momentum)
-      !> Number of wheels; coefficient.
-      integer, intent(in) :: n, k
+   !> Adds coefficient k of the speeds and of the torques of friction, and k + 1 of h, of two wheels at once. Arrays of
+   !> explicit shape have constant strides.
+   pure subroutine add_speeds(groups, k, time_unit, omega, constants, speeds, torques, momentum)
+      integer, intent(in) :: groups, k
       !> s; coefficient k of Ω, body axes, rad/s.
       real(wp), intent(in) :: time_unit, omega(3)
-      !> Axes; 1/Jw, kg⁻¹ m⁻²; c, N m s.
-      real(wp), intent(in) :: axes(3, n), inverse_inertia(n), friction(n)
-      !> rad/s and N m, those of motors up to k.
-      real(wp), dimension(4, 0:highest_order, (n + 1)/2), intent(inout) :: speeds, torques
-      !> N m s.
-      real(wp), intent(inout) :: momentum(0:highest_order, n)
-      real(wp) :: speed, slow
-      integer :: i, lane, group
-      do i = 1, n
-         call find_lane(i, lane, group)
-         speed = inverse_inertia(i)*momentum(k, i) - &
-                 (axes(1, i)*omega(1) + axes(2, i)*omega(2) + axes(3, i)*omega(3))
-         slow = -friction(i)*speed
-         speeds(lane, k, group) = speed
-         speeds(lane + 1, k, group) = speed
-         torques(lane + 1, k, group) = slow
-         if (k < highest_order) momentum(k + 1, i) = (time_unit*inverses(k + 1))*(torques(lane, k, group) + slow)
+      !> Axis, 1/Jw and c of each lane.
+      real(wp), intent(in) :: constants(4, 5, groups)
+      !> rad/s and N m, those of motors up to k, and h, N m s.
+      real(wp), dimension(4, 0:highest_order, groups), intent(inout) :: speeds, torques, momentum
+      real(wp) :: speed, factor
+      integer :: g, i
+      factor = time_unit*inverses(k + 1)
+      do g = 1, groups
+         do i = 1, 4
+            speed = constants(i, 4, g)*momentum(i, k, g) - (constants(i, 1, g)*omega(1) &
+                                                            + constants(i, 2, g)*omega(2) + constants(i, 3, g)*omega(3))
+            speeds(i, k, g) = speed
+         end do
+         torques(2, k, g) = -constants(2, 5, g)*speeds(2, k, g)
+         torques(4, k, g) = -constants(4, 5, g)*speeds(4, k, g)
+         if (k == highest_order) cycle
+         momentum(1:2, k + 1, g) = factor*(torques(1, k, g) + torques(2, k, g))
+         momentum(3:4, k + 1, g) = factor*(torques(3, k, g) + torques(4, k, g))
       end do
    end subroutine add_speeds
 
@@ -248,7 +258,9 @@ contains
    pure real(wp) function momentum_term(self, k, i) result(term)
       class(wheel_series_t), intent(in) :: self
       integer, intent(in) :: k, i
-      term = self%momentum(k, i)
+      integer :: lane, group
+      call find_lane(i, lane, group)
+      term = self%momentum(lane, k, group)
    end function momentum_term
 
    !> Coefficient k of ω of a wheel, rad/s.
@@ -301,22 +313,17 @@ contains
       !> Possible truncation errors of each gain, N m s, shape (most_inner), and of all works together, J.
       real(wp), intent(inout) :: error(most_inner)
       real(wp), intent(out) :: of_works
-      real(wp) :: of_momentum(2), of_energy(4), last(6), works(4)
-      integer :: i, k, lane, group
+      real(wp) :: of_momentum(2), of_energy(4), last(6), gains(4), works(4)
+      integer :: i, k, lane, group, wheel
       call tail%weights(order, s, of_momentum(1), of_momentum(2))
       call tail%energy_weights(order, s, of_energy)
       of_works = 0.0_wp
-      do i = 1, self%n
-         last = 0.0_wp
-         do k = 1, min(4, order)
-            last(k) = self%momentum(order + 1 - k, i)
-         end do
-         gain(i) = of_momentum(1)*last(1) + of_momentum(2)*last(2) + momentum_sum(self%momentum(:, i))
-         error(i) = tail%error_of(order, s, last(1:4))
-      end do
       do i = 1, self%n, 2
          group = (i + 1)/2
-         works = sum_of_four(self%works(:, :, group))
+         gains = sum_of_four(self%momentum(:, :, group))
+         works = sum_of_four(self%works(:, :, group)) + ( &
+                 (of_energy(1)*self%works(:, order, group) + of_energy(2)*self%works(:, order - 1, group)) + &
+                 (of_energy(3)*self%works(:, order - 2, group) + of_energy(4)*self%works(:, order - 3, group)))
          do lane = 1, merge(4, 2, i < self%n)
             last = 0.0_wp
             do k = 1, min(6, order)
@@ -325,21 +332,20 @@ contains
             of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last)
             work(1 + iand(lane - 1, 1), i + (lane - 1)/2) = self%time_unit*works(lane)
          end do
+         do wheel = i, min(i + 1, self%n)
+            lane = 1 + 2*(wheel - i)
+            last = 0.0_wp
+            do k = 1, min(4, order)
+               last(k) = self%momentum(lane, order + 1 - k, group)
+            end do
+            gain(wheel) = of_momentum(1)*last(1) + of_momentum(2)*last(2) + gains(lane)
+            error(wheel) = tail%error_of(order, s, last(1:4))
+         end do
       end do
 
    contains
 
-      !> Returns Σ xₖsᵏ from k = 1 on.
-      pure real(wp) function momentum_sum(x) result(sum)
-         real(wp), intent(in) :: x(0:highest_order)
-         integer :: m
-         sum = 0.0_wp
-         do m = order, 1, -1
-            sum = s*(sum + x(m))
-         end do
-      end function momentum_sum
-
-      !> Returns Σ xₖsᵏ from k = 1 on, and the tail, of four works at once; shape (4).
+      !> Returns Σ xₖsᵏ from k = 1 on, of four series at once; shape (4).
       pure function sum_of_four(x) result(sum)
          real(wp), intent(in) :: x(4, 0:highest_order)
          real(wp) :: sum(4)
@@ -348,8 +354,6 @@ contains
          do m = order, 1, -1
             sum = s*(sum + x(:, m))
          end do
-         sum = sum + ((of_energy(1)*x(:, order) + of_energy(2)*x(:, order - 1)) + &
-                      (of_energy(3)*x(:, order - 2) + of_energy(4)*x(:, order - 3)))
       end function sum_of_four
 
    end subroutine evaluate
