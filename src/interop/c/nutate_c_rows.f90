@@ -136,13 +136,12 @@ contains
          call receiver%file%observe(system, state, record, status)
          return
       end if
-      if (associated(receiver%slot) .and. receiver%rows >= size(receiver%values, 2, c_size_t)) &
-         call receiver%open_history(handle, status)
+      if (associated(receiver%slot) .and. is_full(receiver)) call receiver%open_history(handle, status)
       if (associated(receiver%history)) call make_room(receiver%history, status)
       if (status%code /= 0) return
       if (associated(receiver%history)) then
          receiver%values => receiver%history%values
-      else if (receiver%rows >= size(receiver%values, 2, c_size_t)) then
+      else if (is_full(receiver)) then
          status = fail(NUTATE_STEP_LIMIT, 'the run has more rows than the array has room for')
          return
       end if
@@ -154,6 +153,13 @@ contains
       if (status%code == 0) receiver%rows = receiver%rows + 1
       if (associated(receiver%history)) receiver%history%rows = receiver%rows
    end subroutine put_row
+
+   !> Returns true if there is no array, or it has no room for another row.
+   pure logical function is_full(receiver)
+      class(row_receiver_t), intent(in) :: receiver
+      is_full = .not. associated(receiver%values)
+      if (.not. is_full) is_full = receiver%rows >= size(receiver%values, 2, c_size_t)
+   end function is_full
 
    !> Writes a row of a run, if it is due.
    subroutine receive_row(self, system, state, record, status)
