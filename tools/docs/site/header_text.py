@@ -7,7 +7,7 @@ import textwrap
 INCLUDE = pathlib.Path(__file__).resolve().parent.parent.parent.parent / "include"
 # A comment, a constant, a line of the preprocessor, a declaration up to its semicolon.
 PART = re.compile(r"/\*(?P<comment>.*?)\*/|#define (?P<constant>\w+) \d+|#[^\n]*|extern \"C\" \{|\}(?!\s*;)"
-                  r"|(?P<declaration>(?:typedef|enum|int|void|size_t|double)\b[^;{]*(?:\{[^}]*\})?)\s*;",
+                  r"|(?P<declaration>(?:typedef|enum|int|void|size_t|double)\b[^;{]*(?:\{[^}]*\}[^;]*)?)\s*;",
                   re.DOTALL)
 # A tag of a docstring with its direction and its text, which ends before the next tag.
 TAG = re.compile(r"@(?:param\[(?P<direction>[a-z,]+)\] (?P<name>\w+)|(?P<result>return)) +(?P<text>.*?)(?= @param| @return|$)", re.DOTALL)
@@ -50,20 +50,21 @@ def directive(kind, signature, body):
     return f"{fence}{{c:{kind}}} {signature}\n\n{body}\n{fence}\n"
 
 
-def enumeration(words, declaration, body):
-    """Returns an enumeration and its values in Markdown."""
-    values = re.findall(r"(\w+ = \d+),?[ ]*/\*\*<(.*?)\*/", declaration)
-    inside = [directive("enumerator", value, meaning.strip()) for value, meaning in values]
-    return f"`````{{c:enum}} {words.split()[1]}\n\n{body}\n\n" + "\n".join(inside) + "`````\n"
+def compound(kind, name, inside, members, body):
+    """Returns an enumeration or a struct in Markdown, with the pairs (member, meaning) as directives of kind `inside`."""
+    parts = [directive(inside, " ".join(member.split()), marked(" ".join(meaning.split()))) for member, meaning in members]
+    return f"`````{{c:{kind}}} {name}\n\n{body}\n\n" + "\n".join(parts) + "`````\n"
 
 
 def declared(declaration, comment):
     """Returns a declaration in Markdown."""
     body, words = prose_of(comment), " ".join(declaration.split())
     if words.startswith("enum"):
-        return enumeration(words, declaration, body)
+        values = re.findall(r"(\w+ = \d+),?[ ]*/\*\*<(.*?)\*/", declaration)
+        return compound("enum", words.split()[1], "enumerator", values, body)
     if words.startswith("typedef struct"):
-        return directive("struct", words.split()[-1], body)
+        members = re.findall(r"(\w[^;{]*);\s*/\*\*<(.*?)\*/", declaration, re.DOTALL)
+        return compound("struct", words.split()[-1], "member", members, body)
     if words.startswith("typedef"):
         return directive("type", words.removeprefix("typedef "), body)
     return directive("function", words, body)
