@@ -300,7 +300,7 @@ def doubles(values: Any, name: str) -> Array:
     if type(values) is np.ndarray and values.dtype is FLOAT:
         return np.asarray(values, order="C")
     try:
-        array = np.asarray(values)
+        array: Any = np.asarray(values)
         whole = np.asarray(array.real, dtype=FLOAT, order="C")
     except ValueError as error:
         raise refusal(f"{name} is {values!r} (expected numbers)") from error

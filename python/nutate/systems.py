@@ -20,9 +20,10 @@ def group(name: str, /, **values: Any) -> str:
             return "'" + value.replace("'", "''") + "'"
         if isinstance(value, (bool, np.bool_)):
             return ".true." if value else ".false."
-        if isinstance(value, (int, np.integer)) and not isinstance(value, np.timedelta64):
+        if type(value) is int or (isinstance(value, np.integer) and value.dtype.kind in "iu"):
             return str(int(value))
-        return ", ".join(text(item, key) for item in value) if np.ndim(value) else repr(float(doubles(value, key)))
+        items: Any = value
+        return ", ".join(text(item, key) for item in items) if np.ndim(items) else repr(float(doubles(items, key)))
 
     given = [f"{key} = {text(value, key)}" for key, value in values.items() if value is not None]
     return f"&{name} " + ", ".join(given) + " /\n"
