@@ -16,13 +16,13 @@ def group(name: str, /, **values: Any) -> str:
     """A group of a scene file with the values that are not None."""
 
     def text(value: Any, key: str) -> str:
+        items: Any = value
         if isinstance(value, str):
             return "'" + value.replace("'", "''") + "'"
         if isinstance(value, (bool, np.bool_)):
             return ".true." if value else ".false."
-        if type(value) is int or (isinstance(value, np.integer) and value.dtype.kind in "iu"):
+        if isinstance(value, (int, np.integer)) and not isinstance(value, np.timedelta64):
             return str(int(value))
-        items: Any = value
         return ", ".join(text(item, key) for item in items) if np.ndim(items) else repr(float(doubles(items, key)))
 
     given = [f"{key} = {text(value, key)}" for key, value in values.items() if value is not None]
