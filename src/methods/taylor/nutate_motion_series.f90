@@ -11,7 +11,7 @@ module nutate_motion_series
       top_avx2 => expand_axial_top, free_avx2 => expand_free, four_avx2 => sum_four
    use nutate_rows_sse2, only: expand_sse2 => expand_rows, multiply_sse2 => multiply_last, sum_sse2 => sum_rows, &
       top_sse2 => expand_axial_top, free_sse2 => expand_free, four_sse2 => sum_four
-   use nutate_series_sum, only: length_of, rotation_between, sum_series
+   use nutate_series_sum, only: length_of, rotation_between
    use nutate_series_tail, only: largest_part, most_parts, series_tail_t
    use nutate_simd, only: has_avx2
    use nutate_system, only: inverse_inertia_at, system_t
@@ -183,7 +183,7 @@ contains
       real(wp), intent(out) :: momentum(3)
       !> Quaternion c, not normalised: the attitude is that of the start times c; shape (4).
       real(wp), intent(out) :: rotation(4)
-      real(wp) :: angle(1), weights(2), changes(4, 3), rows(3, 3)
+      real(wp) :: angle, power_sum, weights(2), changes(4, 3), rows(3, 3)
       integer :: i
       select case (self%equations)
       case (FREE_BODY)
@@ -193,8 +193,7 @@ contains
          momentum = self%momentum
          angle = length_of(self%omega(:, 0))
          rotation = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-         if (angle(1) > tiny(1.0_wp)) rotation = [cos(0.5_wp*s*angle(1)), &
-                                                  (sin(0.5_wp*s*angle(1))/angle(1))*self%omega(:, 0)]
+         if (angle > tiny(1.0_wp)) rotation = [cos(0.5_wp*s*angle), (sin(0.5_wp*s*angle)/angle)*self%omega(:, 0)]
          angle = s*self%angle(1)
       case default
          call self%get_changes(s, changes)
@@ -209,11 +208,16 @@ contains
             angle = s*self%angle(1)
          else
             call self%tail%weights(self%order, s, weights(1), weights(2))
-            call sum_series(1, self%order, s, self%angle, weights, angle)
+            power_sum = 0.0_wp
+            angle = weights(1)*self%angle(self%order) + weights(2)*self%angle(self%order - 1)
+            do i = 0, self%order - 1
+               power_sum = s*(power_sum + self%angle(self%order - i))
+            end do
+            angle = angle + power_sum
          end if
       end select
-      momentum = self%axial%to_body(angle(1), momentum)
-      rotation = self%axial%turn(angle(1), rotation)
+      momentum = self%axial%to_body(angle, momentum)
+      rotation = self%axial%turn(angle, rotation)
    end subroutine evaluate
 
    !> Computes momentum and rotation of a free body.

@@ -6,6 +6,7 @@ module nutate_rows_sse2
    use nutate_power_series, only: highest_order, inverses
    use nutate_row_series, only: row_series_t, steepest_growth
    use nutate_series_tail, only: largest_part
+   use nutate_wheel_series, only: add_speeds
    implicit none
    private
 

@@ -7,9 +7,6 @@ module nutate_series_sum
 
    public :: length_of, rotation_between, sum_series
 
-   !> Series that are summed at a time, at most.
-   integer, parameter :: most_series = 6
-
 contains
 
    !> √(x·x), cheaper than the intrinsic, which guards against overflow.
@@ -18,27 +15,26 @@ contains
       length_of = sqrt(x(1)*x(1) + x(2)*x(2) + x(3)*x(3))
    end function length_of
 
-   !> Σ xₖ sᵏ from k = 1 on, and the tail; even and odd powers apart, which halves the chain.
-   pure subroutine sum_series(n, order, s, x, weights, total)
-      !> Number of series, and their highest coefficient.
-      integer, intent(in) :: n, order
-      real(wp), intent(in) :: s
-      real(wp), intent(in) :: x(n, 0:highest_order)
+   !> Computes Σ xₖ sᵏ from k = 1 on, and the tail, of four series; even and odd powers apart, which halves the chain.
+   pure subroutine sum_series(order, s, x, weights, total)
+      !> Highest coefficient.
+      integer, intent(in) :: order
+      real(wp), intent(in) :: s, x(4, 0:highest_order)
       !> Weights of the last coefficient and of the one before in the tail; shape (2).
       real(wp), intent(in) :: weights(2)
-      real(wp), intent(out) :: total(n)
-      real(wp) :: even(most_series), square
+      real(wp), intent(out) :: total(4)
+      real(wp) :: odd(4), even(4), square
       integer :: k, last
       square = s*s
       last = 2*((order - 1)/2)
-      total = x(:, last + 1)
-      even(1:n) = 0.0_wp
-      if (order > last + 1) even(1:n) = x(:, order)
+      odd = x(:, last + 1)
+      even = 0.0_wp
+      if (order > last + 1) even = x(:, order)
       do k = last, 2, -2
-         total = total*square + x(:, k - 1)
-         even(1:n) = even(1:n)*square + x(:, k)
+         odd = odd*square + x(:, k - 1)
+         even = even*square + x(:, k)
       end do
-      total = s*(total + s*even(1:n)) + (weights(1)*x(:, order) + weights(2)*x(:, order - 1))
+      total = s*(odd + s*even) + (weights(1)*x(:, order) + weights(2)*x(:, order - 1))
    end subroutine sum_series
 
    !> The quaternion c, to be normalised, with R(c) gᵢ = fᵢ for two frames, right-handed and orthonormal but for errors:

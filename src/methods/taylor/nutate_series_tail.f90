@@ -13,6 +13,8 @@
 !> components the tail of a work is wrong by a tenth, and so would be the energy to which a state is projected.
 module nutate_series_tail
    use nutate_kinds, only: wp
+   use nutate_power_series, only: highest_order
+   use nutate_series_sum, only: sum_series
    implicit none
    private
 
@@ -57,13 +59,13 @@ module nutate_series_tail
       procedure :: use_in_step
       !> Returns the weights of the last two coefficients in the tail.
       procedure :: weights
-      !> Returns the weights of the last four coefficients of an energy in the tail.
-      procedure :: energy_weights
+      procedure, private :: energy_weights
       procedure, private :: of_square
-      !> Return the possible error of the sum of all components, of one series, and of an energy.
+      !> Return the possible error of the sum of all components, and of one series.
       procedure :: error_of_all
       procedure :: error_of
-      procedure :: error_of_energy
+      !> Sums series of energies.
+      procedure :: sum_energies
    end type series_tail_t
 
 contains
@@ -219,22 +221,34 @@ contains
       end if
    end function error_of
 
-   !> Returns the possible error of the sum of an energy, from its own coefficients.
-   pure real(wp) function error_of_energy(self, order, s, x) result(error)
+   !> Sums four series of energies from k = 1 on, with their tails, and tells by how much each sum may err.
+   pure subroutine sum_energies(self, order, s, x, sums, errors)
       class(series_tail_t), intent(in) :: self
+      !> Highest coefficient.
       integer, intent(in) :: order
       real(wp), intent(in) :: s
-      !> The last coefficients, the last one first; shape (6).
-      real(wp), intent(in) :: x(6)
-      real(wp) :: c(4)
+      !> Coefficients; shape (4, 0:highest_order).
+      real(wp), intent(in) :: x(4, 0:highest_order)
+      real(wp), intent(out) :: sums(4), errors(4)
+      real(wp) :: last(4, 6), c(4), w(4), power
+      integer :: k
+      last = 0.0_wp
+      do k = 1, min(6, order)
+         last(:, k) = x(:, order + 1 - k)
+      end do
+      call self%energy_weights(order, s, w)
+      call sum_series(order, s, x, w(1:2), sums)
+      sums = sums + (w(3)*last(:, 3) + w(4)*last(:, 4))
+      power = power_of(s, order - 1)
       if (self%used) then
          c = self%of_square()
-         error = margin*max(abs(x(1) + (c(1)*x(2) + c(2)*x(3) + c(3)*x(4) + c(4)*x(5)))*s, &
-                            abs(x(2) + (c(1)*x(3) + c(2)*x(4) + c(3)*x(5) + c(4)*x(6))))*power_of(s, order - 1)
+         errors = (margin*power)*max( &
+                  abs(last(:, 1) + (c(1)*last(:, 2) + c(2)*last(:, 3) + c(3)*last(:, 4) + c(4)*last(:, 5)))*s, &
+                  abs(last(:, 2) + (c(1)*last(:, 3) + c(2)*last(:, 4) + c(3)*last(:, 5) + c(4)*last(:, 6))))
       else
-         error = max(abs(x(1))*s, abs(x(2)))*power_of(s, order - 1)
+         errors = power*max(abs(last(:, 1))*s, abs(last(:, 2)))
       end if
-   end function error_of_energy
+   end subroutine sum_energies
 
    !> c₁ to c₄ of (1 + αs + βs²)²; shape (4).
    pure function of_square(self) result(c)

@@ -168,7 +168,6 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates), done, given
       logical :: chosen, converges, restored
-      integer :: i
       converges = .true.
       call self%next%copy_from(state, self%rates%n_wheels, self%conserve)
       restored = .false.
@@ -194,11 +193,7 @@ contains
       if (status%code /= 0) return
       if (self%compensated) call apply_change(self, self%next)
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
-      if (self%rates%depends_on_time .and. self%rates%failure == 0) &
-         call book_time_dependent_work(self, system, dt, self%next)
-      do i = 1, size(self%work)
-         call get_work(self, i, dt, self%work(i))
-      end do
+      if (size(self%work) > 0) call get_works(self, system, dt, self%next, self%work)
       if (self%conserve) then
          done = sum(abs(self%work))
          given = 0.0_wp
@@ -429,40 +424,45 @@ contains
       call add_change(self%change, state)
    end subroutine apply_change
 
-   !> Books the work of the dependence on time from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
-   !> the potentials that move, and ∫ -½ Ωᵀ(dJ/dt)Ω dt.
-   subroutine book_time_dependent_work(self, system, time, state)
+   !> Computes the work of each torque, wheel and dependence on time from the start of the series to a time after it, and
+   !> adds their possible error to that of the step.
+   subroutine get_works(self, system, time, state, work)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> s.
       real(wp), intent(in) :: time
+      !> That time's; its work of the dependence on time, that of the start, follows.
+      type(state_t), intent(inout) :: state
+      !> J.
+      real(wp), intent(inout) :: work(:)
+      real(wp) :: error
+      work = self%rates%work
+      associate (torques => self%series%torques, n => size(self%acted))
+         if (torques%n_lanes == 0) return
+         call torques%get_works(self%series%time_unit, time/self%series%time_unit, self%series%tail, error)
+         self%step_error%work = self%step_error%work + error
+         work(1:n) = torques%done(1:n)
+         if (torques%n_lanes > n) call book_time_dependent_work(self, system, time, torques%done(n + 1), state, &
+                                                                work(size(work)))
+      end associate
+   end subroutine get_works
+
+   !> Books the work of the dependence on time from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
+   !> the potentials that move, and ∫ -½ Ωᵀ(dJ/dt)Ω dt.
+   subroutine book_time_dependent_work(self, system, time, of_torque, state, work)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> s; the integrals, J.
+      real(wp), intent(in) :: time, of_torque
       !> That time's; its work of time-dependent potentials that of the start.
       type(state_t), intent(inout) :: state
-      real(wp) :: of_torque
-      call add_work_of(self%series, size(self%acted) + 1, time/self%series%time_unit, of_torque, self%step_error)
-      associate (work => self%rates%work(size(self%rates%work)))
-         work = moving_energy(system%effects, state%q, self%first%t + time) &
-                - moving_energy(system%effects, self%first%q, self%first%time_dependent_since(time)) + of_torque
-         state%time_dependent_work = self%first%time_dependent_work + work
-         state%time_dependent_until = self%first%t + time
-      end associate
-   end subroutine book_time_dependent_work
-
-   !> Computes the work of a torque from the start of the series to a time after it, J; of a wheel and of time-dependent
-   !> potentials to the state last put together. The possible error of the work is added to the error of the step.
-   pure subroutine get_work(self, i, time, work)
-      class(taylor_t), intent(inout) :: self
-      integer, intent(in) :: i
-      !> s.
-      real(wp), intent(in) :: time
+      !> J.
       real(wp), intent(out) :: work
-      work = 0.0_wp
-      if (i > size(self%acted)) then
-         work = self%rates%work(i)
-      else if (self%acted(i)) then
-         call add_work_of(self%series, i, time/self%series%time_unit, work, self%step_error)
-      end if
-   end subroutine get_work
+      work = moving_energy(system%effects, state%q, self%first%t + time) &
+             - moving_energy(system%effects, self%first%q, self%first%time_dependent_since(time)) + of_torque
+      state%time_dependent_work = self%first%time_dependent_work + work
+      state%time_dependent_until = self%first%t + time
+   end subroutine book_time_dependent_work
 
    !> The state at a time inside the last step, by its series. Errors: `NUTATE_BAD_ARGUMENT` where there is none, or the
    !> time is outside of it; those of the projection.
@@ -490,9 +490,8 @@ contains
       call end_step(self%rates, y, state, status)
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
-      if (self%rates%depends_on_time) call book_time_dependent_work(self, system, time, state)
-      do i = 1, size(self%work)
-         call get_work(self, i, time, each(i))
+      call get_works(self, system, time, state, each)
+      do i = 1, size(each)
          work = work + each(i)
       end do
       state%t = t
@@ -553,22 +552,6 @@ contains
       call self%projection%transfer(archive)
       self%expanded = .false.
    end subroutine transfer
-
-   !> Computes the work of a torque from the start of a series to a time, or, for the index after the last torque, that
-   !> of the potentials that move; adds its error to that of the works.
-   pure subroutine add_work_of(series, i, s, work, error)
-      type(motion_series_t), intent(in) :: series
-      !> Index of the torque.
-      integer, intent(in) :: i
-      !> Time in units.
-      real(wp), intent(in) :: s
-      !> J.
-      real(wp), intent(out) :: work
-      type(step_error_t), intent(inout) :: error
-      real(wp) :: off
-      call series%torques%get_work(i, series%order, series%time_unit, s, series%tail, work, off)
-      error%work = error%work + off
-   end subroutine add_work_of
 
    !> Estimates the errors of attitude and momentum at a time.
    pure subroutine estimate_error(series, s, error)

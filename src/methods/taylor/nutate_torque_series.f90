@@ -51,9 +51,11 @@ module nutate_torque_series
       integer, allocatable :: torque_slot(:)
       !> True for torques that depend on time alone, shape (number of torques); sum of their series, N m, body axes.
       logical, allocatable, private :: is_timed(:)
-      !> D of all linear torques that act, N m s; shape (3,3).
-      real(wp), private :: simple_drag(3, 3) = 0.0_wp
-      real(wp), allocatable, private :: timed(:, :)
+      real(wp), allocatable :: timed(:, :)
+      !> D of all linear torques that act, N m s, shape (3,3), and of each in its lane, shape (lane, component, 3,
+      !> groups of lanes).
+      real(wp) :: simple_drag(3, 3) = 0.0_wp
+      real(wp), allocatable :: drags(:, :, :, :)
       !> True for slots whose n is fixed and not zero.
       logical, allocatable, private :: is_directed(:)
       !> Directions in the basis, potentials first; shape (3, slots).
@@ -80,6 +82,8 @@ module nutate_torque_series
       !> groups of lanes); series of their works ∫ Ω·τ dt in units of time, W, shape (lane, 0:highest_order, groups).
       integer :: n_lanes = 0
       real(wp), allocatable :: omega(:, :), torque(:, :, :, :), works(:, :, :)
+      !> Works up to the time for which they were last computed, J; shape (n_lanes).
+      real(wp), allocatable :: done(:)
       !> Absolute Ω, rad/s, if the inertia varies; shape (3, 0:highest_order).
       real(wp), allocatable, private :: absolute(:, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
@@ -99,15 +103,12 @@ module nutate_torque_series
       procedure :: move_directions
       !> Adds a coefficient of all that is not linear in the directions, after those of the directions that move.
       procedure :: add_terms
-      !> Add a coefficient, and store each torque, if all of it is linear in Ω or depends on time alone.
-      procedure :: add_simple
-      procedure :: end_simple
       !> Adds a coefficient of the derivative by a small rotation of the body.
       procedure :: add_derivatives
       !> D of all torques together.
       procedure :: total_drag
-      !> Work of a torque, or of potentials that move on the body, up to a time.
-      procedure :: get_work
+      !> Works of the torques, and of potentials that move on the body, up to a time.
+      procedure :: get_works
    end type torque_series_t
 
 contains
@@ -195,7 +196,8 @@ contains
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%is_timed, self%timed, self%components, &
                                             self%gamma, self%columns, self%auxiliary, self%drag, self%omega, &
-                                            self%torque, self%works, self%mover, self%moving, self%absolute)
+                                            self%torque, self%works, self%done, self%drags, self%mover, self%moving, &
+                                            self%absolute)
       if (allocated(self%derivative)) deallocate (self%derivative)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
@@ -239,8 +241,8 @@ contains
       if (self%has_more .or. self%n_lanes > 0) n = highest_order
       allocate (self%omega(3, 0:n), self%timed(3, 0:n), self%absolute(3, 0:merge(n, -1, self%varies)), source=0.0_wp)
       n = (self%n_lanes + lanes - 1)/lanes
-      allocate (self%torque(lanes, 3, 0:highest_order, n), &
-                self%works(lanes, 0:highest_order, n), source=0.0_wp)
+      allocate (self%torque(lanes, 3, 0:highest_order, n), self%works(lanes, 0:highest_order, n), &
+                self%drags(lanes, 3, 3, n), self%done(self%n_lanes), source=0.0_wp)
    end subroutine make_slots
 
    !> Marks the torques in space axes, and makes room for them.
@@ -280,10 +282,27 @@ contains
       real(wp), intent(in) :: time_unit
       !> The torque acts; shape (number of torques).
       logical, intent(in) :: acts(:)
-      if (self%is_simple) self%simple_drag = self%total_drag(acts)
+      if (self%is_simple) call begin_drags(self, acts)
       if (self%moves) call expand_directions(self, effects, self%start, time_unit)
       if (size(acts) > 0) call expand_timed(self, effects, self%start, time_unit, acts)
    end subroutine begin
+
+   !> Sets the drags of the linear torques that act.
+   pure subroutine begin_drags(self, acts)
+      class(torque_series_t), intent(inout) :: self
+      logical, intent(in) :: acts(:)
+      integer :: i, lane, group, column
+      self%simple_drag = 0.0_wp
+      do i = 1, size(acts)
+         if (self%is_timed(i)) cycle
+         lane = 1 + iand(i - 1, lanes - 1)
+         group = (i + lanes - 1)/lanes
+         do column = 1, 3
+            self%drags(lane, :, column, group) = merge(self%drag(:, column, i), 0.0_wp, acts(i))
+            self%simple_drag(:, column) = self%simple_drag(:, column) + self%drags(lane, :, column, group)
+         end do
+      end do
+   end subroutine begin_drags
 
    !> Adds coefficient k of the torque of all effects that are not linear potentials.
    pure subroutine add_terms(self, effects, k, t, time_unit, acts, omega, rows, tau)
@@ -411,34 +430,6 @@ contains
          end do
       end associate
    end subroutine add_transported_work
-
-   !> Adds coefficient k of torques that are linear in Ω or depend on time alone.
-   pure subroutine add_simple(self, k, omega, tau)
-      class(torque_series_t), intent(inout) :: self
-      integer, intent(in) :: k
-      !> Coefficient k of Ω, rad/s; torque, N m; body axes, shape (3).
-      real(wp), intent(in) :: omega(3)
-      real(wp), intent(inout) :: tau(3)
-      self%omega(:, k) = omega
-      tau = tau + times_vector(self%simple_drag, omega) + self%timed(:, k)
-   end subroutine add_simple
-
-   !> Stores the coefficients of each linear torque in its lane.
-   pure subroutine end_simple(self, acts)
-      class(torque_series_t), intent(inout) :: self
-      logical, intent(in) :: acts(:)
-      integer :: i, k
-      do i = 1, size(acts)
-         if (self%is_timed(i)) cycle
-         do k = 0, self%order - 1
-            if (acts(i)) then
-               call keep_torque(self, i, k, times_vector(self%drag(:, :, i), self%omega(:, k)))
-            else
-               call keep_torque(self, i, k, [0.0_wp, 0.0_wp, 0.0_wp])
-            end if
-         end do
-      end do
-   end subroutine end_simple
 
    !> Stores coefficient k of a torque in its lane.
    pure subroutine keep_torque(self, i, k, tau)
@@ -586,20 +577,41 @@ contains
       real(wp), intent(in) :: t, time_unit
       logical, intent(in) :: acts(:)
       real(wp) :: tau(3, 0:highest_order)
-      integer :: i, k, n
-      self%timed(:, :self%order) = 0.0_wp
+      integer :: i, n
+      call clear(3, 1, self%order, self%timed)
+      call clear(3*lanes, size(self%torque, 4), self%order, self%torque)
       do i = 1, size(acts)
-         if (.not. self%is_timed(i)) cycle
+         if (.not. (self%is_timed(i) .and. acts(i))) cycle
          n = self%torque_slot(i)
-         tau = 0.0_wp
-         if (acts(i)) call effects%torques(i)%item%time_series( &
+         call effects%torques(i)%item%time_series( &
             t, time_unit, self%auxiliary(:, self%columns(1, n):self%columns(2, n)), tau(:, :self%order))
-         do k = 0, self%order
-            call keep_torque(self, i, k, tau(:, k))
-            self%timed(:, k) = self%timed(:, k) + tau(:, k)
-         end do
+         call keep_timed(1 + iand(i - 1, lanes - 1), self%order, tau, self%torque(:, :, :, (i + lanes - 1)/lanes), &
+                         self%timed)
       end do
    end subroutine expand_timed
+
+   !> Sets coefficients up to the order to zero. Arrays of explicit shape have constant strides.
+   pure subroutine clear(n, groups, order, x)
+      integer, intent(in) :: n, groups, order
+      real(wp), intent(inout) :: x(n, 0:highest_order, groups)
+      integer :: g
+      do g = 1, groups
+         x(:, :order, g) = 0.0_wp
+      end do
+   end subroutine clear
+
+   !> Stores a torque that depends on time alone in its lane, and adds it to the sum of these.
+   pure subroutine keep_timed(lane, order, tau, torque, timed)
+      integer, intent(in) :: lane, order
+      !> N m, body axes; shapes (3, 0:highest_order), (lane, component, 0:highest_order).
+      real(wp), intent(in) :: tau(3, 0:highest_order)
+      real(wp), intent(inout) :: torque(lanes, 3, 0:highest_order), timed(3, 0:highest_order)
+      integer :: k
+      do k = 0, order
+         torque(lane, :, k) = tau(:, k)
+         timed(:, k) = timed(:, k) + tau(:, k)
+      end do
+   end subroutine keep_timed
 
    !> The series of each n that moves.
    pure subroutine expand_directions(self, effects, t, time_unit)
@@ -653,37 +665,26 @@ contains
       tau = turned_term(k, self%rows, self%along(:, :, i))
    end subroutine turn_to_body
 
-   !> Computes the work of the torque i, or, one more, of the potentials that move, from the start of the series to `s`,
-   !> J: term by term, and the tail.
-   pure subroutine get_work(self, i, order, time_unit, s, tail, work, error)
-      class(torque_series_t), intent(in) :: self
-      integer, intent(in) :: i
-      !> Highest coefficient.
-      integer, intent(in) :: order
+   !> Computes the works of all torques, and those of the dependence on time, from the start of the series to `s`: term
+   !> by term, and the tail.
+   pure subroutine get_works(self, time_unit, s, tail, error)
+      class(torque_series_t), intent(inout) :: self
       !> Unit of time, s, and time in it.
       real(wp), intent(in) :: time_unit, s
       !> Tail of the series of the motion.
       type(series_tail_t), intent(in) :: tail
-      !> Work, J, and its possible truncation error, J.
-      real(wp), intent(out) :: work, error
-      real(wp) :: last(6), w(4)
-      integer :: k, lane, group
-      lane = 1 + iand(i - 1, lanes - 1)
-      group = (i + lanes - 1)/lanes
-      work = 0.0_wp
-      do k = order, 1, -1
-         work = (work + self%works(lane, k, group))*s
+      !> Possible truncation error of all works together, J.
+      real(wp), intent(out) :: error
+      real(wp) :: sums(lanes), off(lanes)
+      integer :: i, group
+      error = 0.0_wp
+      do group = 1, size(self%works, 3)
+         call tail%sum_energies(self%order, s, self%works(:, :, group), sums, off)
+         do i = 1 + lanes*(group - 1), min(lanes*group, self%n_lanes)
+            self%done(i) = time_unit*sums(1 + iand(i - 1, lanes - 1))
+            error = error + abs(time_unit)*off(1 + iand(i - 1, lanes - 1))
+         end do
       end do
-      last = 0.0_wp
-      do k = 1, min(6, order)
-         last(k) = self%works(lane, order + 1 - k, group)
-      end do
-      call tail%energy_weights(order, s, w)
-      do k = 1, 4
-         work = work + w(k)*last(k)
-      end do
-      work = work*time_unit
-      error = abs(time_unit)*tail%error_of_energy(order, s, last)
-   end subroutine get_work
+   end subroutine get_works
 
 end module nutate_torque_series

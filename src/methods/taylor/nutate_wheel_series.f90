@@ -7,13 +7,14 @@ module nutate_wheel_series
    use nutate_limits, only: most_inner
    use nutate_power_series, only: highest_order, inverses
    use nutate_quaternion, only: cross
+   use nutate_series_sum, only: sum_series
    use nutate_series_tail, only: series_tail_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
-   public :: wheel_series_t
+   public :: add_speeds, wheel_series_t
 
    !> The wheels of a system.
    type :: wheel_series_t
@@ -28,15 +29,16 @@ module nutate_wheel_series
       real(wp), allocatable, private :: axes(:, :)
       !> A lane for the motor of each wheel and one for its friction. h, N m s, of the wheel; ω, rad/s; torques u and
       !> -cω, N m, and their works in units of time, W; shape (lane, 0:highest_order, groups of lanes).
-      real(wp), allocatable, private :: momentum(:, :, :)
-      real(wp), allocatable, dimension(:, :, :) :: speeds, torques, works
+      real(wp), allocatable, dimension(:, :, :) :: momentum, speeds, torques, works
       !> Constants of each lane: axis, 1/Jw, kg⁻¹ m⁻², and c, N m s; shape (lane, 5, groups).
-      real(wp), allocatable, private :: constants(:, :, :)
+      real(wp), allocatable :: constants(:, :, :)
       !> Auxiliary series of the motors, and the first and last of each; shapes (0:highest_order, any), (2, n).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
       !> True for motors that depend on time alone, and for those that act and depend on the motion; shape (n).
       logical, allocatable, private :: is_timed(:), is_led(:)
+      !> There are reaction wheels alone, and no motor has to be asked for coefficients.
+      logical :: asks_no_effect = .false.
       !> Ω and γ as motors ask for them: rad/s, shape (3, 0:highest_order).
       real(wp), allocatable, private :: omega(:, :), gamma(:, :)
    contains
@@ -156,6 +158,7 @@ contains
             self%is_led(i) = .true.
          end if
       end do
+      self%asks_no_effect = effects%n_reaction_wheels == self%n .and. .not. any(self%is_led)
    end subroutine start
 
    !> Finds the lane of the motor of a wheel, before that of its friction, and its group.
@@ -313,23 +316,16 @@ contains
       !> Possible truncation errors of each gain, N m s, shape (most_inner), and of all works together, J.
       real(wp), intent(inout) :: error(most_inner)
       real(wp), intent(out) :: of_works
-      real(wp) :: of_momentum(2), of_energy(4), last(6), gains(4), works(4)
+      real(wp) :: weights(2), last(4), gains(4), works(4), off(4)
       integer :: i, k, lane, group, wheel
-      call tail%weights(order, s, of_momentum(1), of_momentum(2))
-      call tail%energy_weights(order, s, of_energy)
+      call tail%weights(order, s, weights(1), weights(2))
       of_works = 0.0_wp
       do i = 1, self%n, 2
          group = (i + 1)/2
-         gains = sum_of_four(self%momentum(:, :, group))
-         works = sum_of_four(self%works(:, :, group)) + ( &
-                 (of_energy(1)*self%works(:, order, group) + of_energy(2)*self%works(:, order - 1, group)) + &
-                 (of_energy(3)*self%works(:, order - 2, group) + of_energy(4)*self%works(:, order - 3, group)))
+         call sum_series(order, s, self%momentum(:, :, group), weights, gains)
+         call tail%sum_energies(order, s, self%works(:, :, group), works, off)
          do lane = 1, merge(4, 2, i < self%n)
-            last = 0.0_wp
-            do k = 1, min(6, order)
-               last(k) = self%works(lane, order + 1 - k, group)
-            end do
-            of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last)
+            of_works = of_works + abs(self%time_unit)*off(lane)
             work(1 + iand(lane - 1, 1), i + (lane - 1)/2) = self%time_unit*works(lane)
          end do
          do wheel = i, min(i + 1, self%n)
@@ -338,24 +334,10 @@ contains
             do k = 1, min(4, order)
                last(k) = self%momentum(lane, order + 1 - k, group)
             end do
-            gain(wheel) = of_momentum(1)*last(1) + of_momentum(2)*last(2) + gains(lane)
-            error(wheel) = tail%error_of(order, s, last(1:4))
+            gain(wheel) = gains(lane)
+            error(wheel) = tail%error_of(order, s, last)
          end do
       end do
-
-   contains
-
-      !> Returns Σ xₖsᵏ from k = 1 on, of four series at once; shape (4).
-      pure function sum_of_four(x) result(sum)
-         real(wp), intent(in) :: x(4, 0:highest_order)
-         real(wp) :: sum(4)
-         integer :: m
-         sum = 0.0_wp
-         do m = order, 1, -1
-            sum = s*(sum + x(:, m))
-         end do
-      end function sum_of_four
-
    end subroutine evaluate
 
 end module nutate_wheel_series
