@@ -4,12 +4,14 @@ cursor. The page holds all that it needs."""
 from __future__ import annotations
 
 import base64
+import contextlib
 import html
 import json
 import os
 import re
 import tempfile
 import webbrowser
+import zlib
 from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -30,6 +32,8 @@ LEAST_FRAMES, MOST_FRAMES, OVERVIEW = 240, 8000, 2000
 NEAR = 0.05
 # Rates that the eye follows, rad/s, and how long it likes to look, s: a motion in these bounds is shown in real time.
 SLOWEST, FASTEST, LONGEST, PLEASANT = 0.3, 12.0, 120.0, 4.0
+# Longest name of a file, bytes.
+LONGEST_NAME = 255
 Rows = Mapping[str, Array]
 COLUMNS = ("quaternion", "angular_velocity", "angular_momentum_space", "energy")
 ENERGIES = ("kinetic", "potential", "total", "work")
@@ -97,22 +101,38 @@ class Page:
                 'title="a motion"></iframe>')
 
     def save(self, path: Textual) -> None:
-        """Writes the page to a file, which opens without a network.
+        """Writes the page to a file, which opens without a network. Symbolic links are followed.
 
         Parameters
         ----------
         path : str or path
-            File.
+            File, pipe or device.
 
         Raises
         ------
         OSError
             If the file cannot be written.
         """
-        partial = os.fspath(os.fsdecode(path)) + ".partial"
-        with open(partial, "w", encoding="utf-8") as file:
-            file.write(self.text)
-        os.replace(partial, os.fsdecode(path))
+        name = os.fsdecode(path)
+        data = self.text.encode("utf-8", "replace")
+        if os.path.exists(name):
+            with open(name, "ab") as file:  # raises an error if the file is a folder or may not be written
+                if not os.path.isfile(name):
+                    file.write(data)
+                    return
+        name = os.path.realpath(name)
+        last = os.path.basename(name)
+        partial = name + ".partial"
+        if len(os.fsencode(last)) > LONGEST_NAME - len(".partial"):
+            partial = os.path.join(os.path.dirname(name), f"{zlib.crc32(os.fsencode(last)):08x}.partial")
+        try:
+            with open(partial, "wb") as file:
+                file.write(data)
+            os.replace(partial, name)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.remove(partial)
+            raise
 
     def show(self) -> None:
         """Opens the page in a browser."""

@@ -25,7 +25,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Exit status: 0 success; 2 the scene is wrong; 3 the run failed half-way; 4 the page cannot be written."""
     parser = argparse.ArgumentParser(prog="python3 -m nutate.view", description="Runs a scene and writes a web page that shows it.")
     parser.add_argument("scene", help="scene file")
-    parser.add_argument("--output", metavar="FILE", help="output page (default: NAME.html for NAME.nml)")
+    parser.add_argument("--output", metavar="FILE", help="output page, or - for standard output (default: NAME.html for NAME.nml)")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE", action=Change, help="override a value of the scene")
     parser.add_argument("--unset", metavar="GROUP.KEY", action=Change, help="remove a key from the scene")
     parser.add_argument("--from", metavar="T", type=float, dest="start", help="first time that is animated, s (default: the start)")
@@ -39,7 +39,14 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     except NutateError as error:
         return complain(str(error), 2 if isinstance(error, ValueError) else 3)
     try:
-        page.save(output)
+        if output == "-":
+            output = "standard output"
+            with open(1, "wb", closefd=False) as stream:
+                stream.write(page.text.encode("utf-8", "replace"))
+        else:
+            page.save(output)
+    except BrokenPipeError:
+        return 4
     except OSError as error:
         return complain(f"nutate: cannot write {output}: {error.strerror}", 4)
     return 0

@@ -263,6 +263,32 @@ class PageTest(unittest.TestCase):
                 ran = run(*arguments)
                 self.assertEqual((ran.returncode, ran.stderr.count("\n")), (status, 1), ran.stderr)
                 self.assertIn(says, ran.stderr)
+            page = subprocess.run([os.environ["NUTATE"], "view", BOX, "--output", "-"], cwd=folder, capture_output=True,
+                                  env={**os.environ, "PATH": path, "LC_ALL": "C", "PYTHONIOENCODING": "ascii"}).stdout
+            with open(os.path.join(folder, "box.html"), "rb") as file:
+                self.assertEqual(page, file.read())
+
+    def test_a_page_goes_where_its_name_leads(self):
+        page = nutate.view(BOX, None, "integrator.end_time=1")
+        with tempfile.TemporaryDirectory() as folder:
+            link, target, pipe, long = (os.path.join(folder, name) for name in ("link", "real", "pipe", "é" * 125 + ".html"))
+            os.symlink("real", link)
+            os.mkfifo(pipe)
+            for path in (link, long, target):
+                page.save(path)
+                with open(path, encoding="utf-8") as file:
+                    self.assertEqual(file.read(), page.text)
+            self.assertEqual(os.readlink(link), "real")
+            with subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE) as reader:
+                page.save(pipe)
+                self.assertEqual(reader.communicate()[0].decode(), page.text)
+            before = sorted(os.listdir(folder))
+            os.mkdir(os.path.join(folder, "kept"))
+            with self.assertRaises(IsADirectoryError):
+                page.save(os.path.join(folder, "kept"))
+            with self.assertRaises(OSError):
+                page.save("/dev/full")
+            self.assertEqual(sorted(os.listdir(folder)), sorted([*before, "kept"]))
 
 
 class ShapeTest(unittest.TestCase):
