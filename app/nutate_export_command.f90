@@ -33,11 +33,12 @@ contains
       integer, intent(out) :: exit_code
       type(export_facts_t) :: facts
       type(attitude_rows_t) :: rows, chosen
+      type(outputs_t) :: files
       character(len=:), allocatable :: problem
 
       exit_code = EXIT_SUCCESS
-      call read_facts(command, facts, problem)
-      if (problem == '') call check_names(command, exit_code)
+      call read_facts(command, facts, files, problem)
+      if (problem == '') call check_names(command, files, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       if (problem == '') call read_rows(command%scene, rows, problem)
       if (problem == '') then
@@ -79,9 +80,11 @@ contains
    end subroutine write_files
 
    !> Reads the facts that the history lacks: from a scene with the overrides, or from the overrides alone.
-   subroutine read_facts(command, facts, problem)
+   subroutine read_facts(command, facts, files, problem)
       type(command_t), intent(in) :: command
       type(export_facts_t), intent(out) :: facts
+      !> Files of the command, to which the scene and its files are added.
+      type(outputs_t), intent(inout) :: files
       !> Error message, one printable line; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       type(scene_t) :: scene
@@ -89,6 +92,7 @@ contains
       if (allocated(command%of_scene)) then
          call read_scene(command%of_scene, scene, status, problem, command%overrides)
          if (status%ok()) facts = facts_of_scene(scene)
+         if (status%ok()) call files%read_scene(scene)
       else
          call parse_facts('', command%scene, command%overrides, facts, status, problem)
       end if
@@ -96,12 +100,11 @@ contains
    end subroutine read_facts
 
    !> Rejects file names that would overwrite an input, a file of another kind or each other.
-   subroutine check_names(command, exit_code)
+   subroutine check_names(command, files, exit_code)
       type(command_t), intent(in) :: command
+      type(outputs_t), intent(inout) :: files
       integer, intent(inout) :: exit_code
-      type(outputs_t) :: files
       call files%read_file(command%scene, 'the history itself')
-      if (allocated(command%of_scene)) call files%read_file(command%of_scene, 'the scene itself')
       if (allocated(command%aem)) call files%add(command%aem, AEM)
       if (allocated(command%gltf)) call files%add(command%gltf, GLTF)
       call files%report(exit_code)

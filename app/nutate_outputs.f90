@@ -7,7 +7,7 @@ module nutate_outputs
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
    use nutate_scene_output, only: format_fault
-   use nutate_scene_table, only: path_beside
+   use nutate_scene_table, only: names_a_file, path_beside
    use nutate_spelling, only: lower_case
    use nutate_status, only: status_t
    use nutate_sweep_file, only: read_bytes
@@ -154,18 +154,18 @@ contains
    subroutine read_scene(self, scene)
       class(outputs_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
-      character(len=*), parameter :: keys(2) = [character(len=10) :: 'table', 'times_file']
+      character(len=:), allocatable :: name, words
       integer :: i, k
       call self%read_file(scene%file, 'the scene itself')
       do i = 1, size(scene%groups)
          associate (group => scene%groups(i))
-            if (group%name == 'measurement') &
-               call self%read_file(path_beside(scene%file, group%text('file', '')), 'a file of measurements')
-            if (group%name == 'frame') &
-               call self%read_file(path_beside(scene%file, group%text('attitude', '')), 'the attitude of a frame')
-            do k = 1, size(keys)
-               if (group%has(trim(keys(k)))) &
-                  call self%read_file(path_beside(scene%file, group%text(trim(keys(k)), '')), 'a table of the scene')
+            words = 'a table of the scene'
+            if (group%name == 'measurement') words = 'a file of measurements'
+            if (group%name == 'frame') words = 'the attitude of a frame'
+            do k = 1, size(group%settings)
+               name = trim(group%settings(k)%name)
+               if (names_a_file(trim(group%name), name)) &
+                  call self%read_file(path_beside(scene%file, group%text(name, '')), words)
             end do
          end associate
       end do

@@ -88,6 +88,14 @@ class Fit(CommandLineTest):
                 self.succeed("check", output)
         with open(self.path("other/fit.nml"), encoding="utf-8") as file:
             self.assertIn("file = 'gyro.csv'", file.read())
+        self.write("other/boom.csv", "t (s),J1 (kg m2),J2 (kg m2),J3 (kg m2)\n0,5,20,17\n1,5,21,18\n")
+        self.write("other/boom.nml", "&body inertia_table = 'boom.csv', inertia_scale = 1.0 /\n&initial angular_velocity = 0.5, 0.0, 5.0 /\n"
+                   "&torque body = 0.0, 0.0, 1.0 /\n&integrator accuracy = 1e-8, end_time = 1 /\n&output interval = 0.1 /\n")
+        self.succeed("run", "other/boom.nml", "--output", "other/rates.csv")
+        with open(self.path("other/boom.nml"), "a", encoding="utf-8") as file:
+            file.write("&free key = 'body.inertia_scale' /\n&measurement file = 'rates.csv', columns = 'omega3', sigma = 0.1 /\n")
+        self.succeed("fit", "other/boom.nml", "--quiet", "--output", "one/boom.nml", "--csv", "residuals.csv")
+        self.succeed("check", "one/boom.nml")
 
     def rewrite(self, header, change=lambda row: row, end=""):
         """Writes the measured rates to other.csv, as another logger has them, and a scene other.nml that reads them."""

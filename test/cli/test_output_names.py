@@ -9,6 +9,10 @@ from support import CommandLineTest, in_turn
 LONGEST = os.pathconf("/tmp", "PC_NAME_MAX")
 
 
+# Leaves the inertia of box.nml to others.
+SHAPELESS = ("--unset", "body.shape", "--unset", "body.size")
+
+
 class Links(CommandLineTest):
     def test_a_link_to_a_file_that_is_not_there_yet_stays_a_link(self):
         os.mkdir(self.path("disk"))
@@ -139,6 +143,19 @@ class Kinds(CommandLineTest):
             self.kept(name, "run", "box.nml", "--set", "torque.table='t.csv'", "--output", name, says=("table of the scene",))
         self.write("times.csv", "t (s)\n0\n0.1\n")
         self.kept("times.csv", "run", "box.nml", "--set", "output.times_file='times.csv'", "--output", "times.csv")
+        self.write("i.csv", "t (s),J1 (kg m2),J2 (kg m2),J3 (kg m2)\n0,5,20,17\n1,5,21,18\n")
+        self.kept("i.csv", "run", "box.nml", *SHAPELESS, "--set", "body.inertia_table=i.csv", "--output", "i.csv",
+                  says=("table of the scene",))
+        self.write("c.csv", "t (s),x (m),y (m),z (m)\n0,0,0,0.1\n1,0,0,0.2\n")
+        self.kept("c.csv", "run", "top.nml", "--unset", "body.center_of_mass", "--set", "body.center_of_mass_table=c.csv",
+                  "--output", "c.csv", says=("table of the scene",))
+
+    def test_an_export_leaves_the_files_of_its_scene(self):
+        self.succeed("run", "box.nml", "--output", "box.csv")
+        labels = ("--set", "scene.epoch=2026-01-01", "--set", "scene.time_system=UTC", "--set", "scene.space_frame=ICRF")
+        self.succeed("export", "box.csv", "--scene", "box.nml", *labels, "--aem", "there.aem")
+        self.kept("there.aem", "export", "box.csv", "--scene", "box.nml", *labels, "--set", "frame.attitude=there.aem",
+                  "--aem", "there.aem", says=("the attitude of a frame",))
 
     def test_pictures_and_pages_replace_their_like_only(self):
         self.succeed("run", "box.nml")

@@ -21,7 +21,7 @@ module nutate_scene_table
    private
 
    public :: read_table, read_effect_table, parse_table, path_beside, begin_of, count_lines, next_field, read_row
-   public :: read_named_file, read_number
+   public :: names_a_file, read_named_file, read_number
 
    !> Units of the columns: a time and the components of a torque; a time alone.
    character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
@@ -198,6 +198,21 @@ contains
       path = trim(name)
       if (name(1:1) /= '/') path = scene(1:index(scene, '/', back=.true.))//path
    end function path_beside
+
+   !> Returns true if a key of a group names a file that is read, relative to the folder of the scene.
+   pure logical function names_a_file(group, key)
+      character(len=*), intent(in) :: group, key
+      select case (key)
+      case ('table', 'times_file', 'inertia_table', 'center_of_mass_table')
+         names_a_file = .true.
+      case ('file')
+         names_a_file = group == 'measurement'
+      case ('attitude')
+         names_a_file = group == 'frame'
+      case default
+         names_a_file = .false.
+      end select
+   end function names_a_file
 
    !> Reads the numbers of a table. Raises an error at its first invalid line.
    subroutine parse_table(text, path, units, table, error)

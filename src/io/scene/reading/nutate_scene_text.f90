@@ -4,15 +4,13 @@ module nutate_scene_text
    use nutate_decimal, only: exact_text
    use nutate_keys, only: group_t, setting_t, KEY_INTEGER, KEY_LOGICAL, KEY_REAL
    use nutate_kinds, only: wp
-   use nutate_scene_table, only: path_beside
+   use nutate_scene_table, only: names_a_file, path_beside
    use nutate_spelling, only: count_text, escaped
    implicit none
    private
 
    public :: scene_text
 
-   !> Keys that name files beside the scene; others do in the groups `&measurement` and `&frame`.
-   character(len=*), parameter :: file_keys(2) = [character(len=10) :: 'table', 'times_file']
    character, parameter :: line_feed = achar(10)
    integer, parameter :: longest_path = 4096
 
@@ -51,10 +49,7 @@ contains
       !> Name of its group.
       character(len=*), intent(in) :: group, path, target
       character(len=:), allocatable :: text
-      logical :: is_file
       integer :: i
-      is_file = any(file_keys == setting%name) .or. (group == 'measurement' .and. setting%name == 'file') .or. &
-                (group == 'frame' .and. setting%name == 'attitude')
       text = trim(setting%name)//' = '
       do i = 1, size(setting%values)
          if (i > 1) text = text//', '
@@ -67,7 +62,7 @@ contains
             case (KEY_LOGICAL)
                text = text//trim(merge('.true. ', '.false.', value%flag))
             case default
-               if (is_file) then
+               if (names_a_file(group, trim(setting%name))) then
                   text = text//quoted_text(path_from(target, path_beside(path, value%text)))
                else
                   text = text//quoted_text(value%text)
