@@ -73,6 +73,11 @@ contains
       if (iostat /= 0) why = error_text(iostat)
       if (iostat == 0) open (newunit=unit, file=path, status='old', action='read', iostat=iostat, iomsg=why)
       if (iostat == 0) read (unit, '(a)', iostat=iostat, iomsg=why) line
+      if (is_iostat_end(iostat)) then
+         ! An empty file is no history.
+         line = ''
+         return
+      end if
       if (iostat == 0) return
       if (did_you_mean(path, '.csv') /= '') why = 'there is no such file; '//did_you_mean(path, '.csv')
       problem = printable_path(path)//': cannot be read ('//trim(why)//')'

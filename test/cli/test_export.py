@@ -285,7 +285,7 @@ class Refusals(CommandLineTest):
         self.assertEqual(self.read("notes.txt"), "mine")
 
     def test_what_is_no_history_of_attitudes(self):
-        for name, (text, says) in {"no.csv": ("a,b\n1,2\n", "no.csv:1: not a history"), "empty.csv": ("", "cannot be read"),
+        for name, (text, says) in {"no.csv": ("a,b\n1,2\n", "no.csv:1: not a history"), "empty.csv": ("", "empty.csv:1: not a history"),
                                    "rates.csv": ("t,omega1\n0,1\n", "rates.csv:1: there is no column q0"),
                                    "word.csv": ("t,q0,q1,q2,q3\n0,1,x,0,0\n", "word.csv:2: 'x' is not a number"),
                                    "short.csv": ("t,q0,q1,q2,q3\n0,1,0,0,0\n1,1\n", "short.csv:3: 2 fields (expected 5)"),

@@ -267,7 +267,7 @@ class Pictures(CommandLineTest):
         self.fail_with(2, "plot", "h.csv", "--output", "h.svg", says=("h.csv:3:",))
 
     def test_what_is_no_history_is_refused(self):
-        bad = {"no.csv": ("a,b\n1,2\n", "no.csv:1: not a history"), "empty.csv": ("", "cannot be read"),
+        bad = {"no.csv": ("a,b\n1,2\n", "no.csv:1: not a history"), "empty.csv": ("", "empty.csv:1: not a history"),
                "word.csv": ("t,L1,L2,L3\n0,1,x,3\n", "word.csv:2: 'x' is not a number"),
                "short.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2\n", "short.csv:3: 2 fields (expected 4)"),
                "wide.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2,3,4,5\n", "wide.csv:3: more than 4 fields"),
@@ -278,6 +278,8 @@ class Pictures(CommandLineTest):
             self.write(name, text)
             self.fail_with(2, "plot", name, says=(says,))
         self.fail_with(2, "plot", "absent.csv", says=("absent.csv: cannot be read",))
+        self.fail_with(2, "plot", self.folder, says=("cannot be read (Is a directory)",))
+        self.fail_with(2, "export", ".", "--gltf", "a.gltf", says=(".: cannot be read (Is a directory)",))
         self.assertEqual([name for name in self.names() if not name.endswith((".csv", ".nml"))], [])
 
 

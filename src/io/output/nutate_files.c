@@ -124,11 +124,12 @@ int nutate_file_same(const char *a, const char *b)
     return there == 2 && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 
-/* Returns 0 if a file exists and may be read. Call it before every OPEN: compiled by flang 22, an OPEN that fails
+/* Returns 0 if a file exists, may be read and is no folder. Call it before every OPEN: compiled by flang 22, an OPEN that fails
  * removes the file. */
 int nutate_file_readable(const char *path)
 {
-    return access(path, R_OK) == 0 ? 0 : errno;
+    if (access(path, R_OK) != 0) return errno;
+    return nutate_file_kind(path) == KIND_FOLDER ? EISDIR : 0;
 }
 
 /* Returns 0 if a file may be replaced: one marked read-only may not, though rename() would do it. */
