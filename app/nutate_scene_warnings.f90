@@ -7,11 +7,12 @@ module nutate_scene_warnings
    use nutate_epoch, only: epoch_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_keys, only: group_t, setting_t
-   use nutate_kinds, only: wp, pi
+   use nutate_kinds, only: long, pi, wp
    use nutate_notes, only: add_note, note_t, scene_notes
    use nutate_orbital_effects, only: goes_by_orbit
    use nutate_quantities, only: depends_on_orbit, find_quantity, quantities, set_of, AS_EVENT
    use nutate_scene, only: scene_t
+   use nutate_spelling, only: count_text
    implicit none
    private
 
@@ -221,19 +222,42 @@ contains
       type(group_t), intent(in) :: groups(:)
       type(note_t), allocatable, intent(inout) :: notes(:)
       type(effect_kind_t), allocatable :: kinds(:)
+      character(len=:), allocatable :: often
+      integer(long) :: marks(size(groups))
       logical :: told(size(groups))
-      integer :: i, k
+      integer :: i, k, times
       allocate (kinds, source=effect_kinds())
+      marks = [(mark_of(groups(i)), i=1, size(groups))]
       told = .false.
       do i = 1, size(groups)
+         if (told(i)) cycle
          if (.not. any(kinds%group%name == groups(i)%name)) cycle
-         do k = 1, i - 1
-            if (told(i) .or. .not. are_alike(groups(i), groups(k))) cycle
-            call add_note(notes, 'a group &'//trim(groups(i)%name)//' appears twice: its effect counts twice')
-            told(i) = .true.
+         times = 1
+         do k = i + 1, size(groups)
+            if (marks(k) /= marks(i) .or. told(k)) cycle
+            if (.not. are_alike(groups(i), groups(k))) cycle
+            told(k) = .true.
+            times = times + 1
          end do
+         if (times == 1) cycle
+         often = count_text(times)//' times'
+         if (times == 2) often = 'twice'
+         call add_note(notes, 'a group &'//trim(groups(i)%name)//' appears '//often//': its effect counts '//often)
       end do
    end subroutine note_twins
+
+   !> Returns a number that is the same for groups with the same numbers, in any order.
+   pure integer(long) function mark_of(group) result(mark)
+      type(group_t), intent(in) :: group
+      integer :: i, k
+      mark = 0
+      do i = 1, size(group%settings)
+         do k = 1, size(group%settings(i)%values)
+            ! The sum makes -0 the same as 0.
+            mark = ieor(mark, transfer(group%settings(i)%values(k)%number + 0.0_wp, mark))
+         end do
+      end do
+   end function mark_of
 
    !> Returns true if two groups of a name give the same keys the same values, in any order.
    pure logical function are_alike(a, b)

@@ -152,7 +152,7 @@ contains
       class(table_t), intent(in) :: self
       character(len=:), allocatable :: text
       type(table_column_t), allocatable :: columns(:)
-      integer :: i, k
+      integer :: i, k, used
       text = ''
       allocate (columns(0))
       if (allocated(self%columns)) columns = self%columns
@@ -162,15 +162,27 @@ contains
       do i = 1, 2
          if (has_head(columns, i)) text = text//head_line(columns, i, self%indent)//new_line('a')
       end do
+      used = len(text)
       do i = 1, self%n_rows
          if (allocated(self%rows(i)%line)) then
-            text = text//self%rows(i)%line//new_line('a')
+            call extend(text, used, self%rows(i)%line//new_line('a'))
          else
-            text = text//row_line(columns, self%rows(i)%cells, self%indent)//new_line('a')
+            call extend(text, used, row_line(columns, self%rows(i)%cells, self%indent)//new_line('a'))
          end if
       end do
-      text = text(:len(text) - 1)
+      text = text(:used - 1)
    end function text_of
+
+   !> Appends a line to a buffer, which doubles when it is full.
+   pure subroutine extend(buffer, used, line)
+      character(len=:), allocatable, intent(inout) :: buffer
+      !> Number of characters in use.
+      integer, intent(inout) :: used
+      character(len=*), intent(in) :: line
+      if (used + len(line) > len(buffer)) buffer = buffer//repeat(' ', used + len(line))
+      buffer(used + 1:used + len(line)) = line
+      used = used + len(line)
+   end subroutine extend
 
    !> Finds the notation and the width of a column.
    subroutine measure(column, k, rows)

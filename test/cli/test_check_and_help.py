@@ -234,6 +234,12 @@ class Check(CommandLineTest):
         self.write("twice.nml", TOP + "&torque body = 1.0, 0.0, 0.0, stop = 0.5 /\n&torque stop = 0.5, body = 1.0, 0.0, 0.0 /\n")
         self.assertEqual(self.warnings("twice.nml"), "a group &torque appears twice: its effect counts twice")
         self.assertEqual(self.warnings("twice.nml", "torque.stop=0.6"), "")
+        self.write("often.nml", TOP + "&damping coefficient = 3*0.0 /\n&damping coefficient = 3*1.0 /\n" * 2000
+                   + "&damping coefficient = -0.0, 2*0.0 /\n")
+        checked = self.succeed("check", "often.nml").stdout
+        self.assertIn("a group &damping appears 2001 times: its effect counts 2001 times\n", checked)
+        self.assertIn("a group &damping appears 2000 times: its effect counts 2000 times\n", checked)
+        self.assertEqual(checked.count("appears"), 2)
 
     def test_defaults_are_shown_as_numbers(self):
         self.write("plain.nml", TOP.replace("acceleration = 0.0, 0.0, -20.0 ", "")
