@@ -535,6 +535,9 @@ contains
                          trim(verbs(verb)%object)//')'
       else if (size(words) > first) then
          command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one '//object//')'
+      else if (words(first)%text == '') then
+         command%error = 'the name of the '//object//' is blank (expected nutate '//trim(command%verb)//' '// &
+                         trim(verbs(verb)%object)//')'
       else if (command%verb == 'export' .and. .not. (allocated(command%aem) .or. allocated(command%gltf))) then
          command%error = 'nutate export has no file to write (expected --aem FILE or --gltf FILE)'
       else

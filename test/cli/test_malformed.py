@@ -82,6 +82,7 @@ class OneLine(unittest.TestCase):
     def test_folder_is_no_scene(self):
         for command in ("run", "check"):
             self.assertTrue(self.complaint(command, ".").startswith(".: cannot be read ("))
+            self.assertIn("the name of the scene is blank", self.complaint(command, ""))
 
     @unittest.skipIf(hasattr(os, "geteuid") and os.geteuid() == 0, "root may read everything")
     def test_unreadable_file_is_named(self):
