@@ -3,14 +3,14 @@ module nutate_history_plot
    use, intrinsic :: iso_c_binding, only: c_null_char
    use nutate_console, only: count_text
    use nutate_decimal, only: rounded_text
-   use nutate_file_calls, only: file_readable
+   use nutate_file_calls, only: file_kind, file_readable, KIND_REGULAR
    use nutate_cli, only: did_you_mean
    use nutate_gnuplot, only: gnuplot_quoted, picture_t
    use nutate_kinds, only: long, pi, wp
    use nutate_number_text, only: read_real
    use nutate_plot_panels, only: is_wrapped, label_of_column, panel_t, panels_of, symbol_of
    use nutate_printable, only: printable_path, quoted
-   use nutate_scene_table, only: next_field
+   use nutate_scene_table, only: begin_of, next_field
    use nutate_status, only: status_t
    use nutate_system_text, only: error_text
    implicit none
@@ -71,6 +71,10 @@ contains
       problem = ''
       iostat = file_readable(path//c_null_char)
       if (iostat /= 0) why = error_text(iostat)
+      if (iostat == 0 .and. file_kind(path//c_null_char) /= KIND_REGULAR) then
+         problem = printable_path(path)//': cannot be read twice (expected a file, no pipe)'
+         return
+      end if
       if (iostat == 0) open (newunit=unit, file=path, status='old', action='read', iostat=iostat, iomsg=why)
       if (iostat == 0) read (unit, '(a)', iostat=iostat, iomsg=why) line
       if (is_iostat_end(iostat)) then
@@ -78,7 +82,10 @@ contains
          line = ''
          return
       end if
-      if (iostat == 0) return
+      if (iostat == 0) then
+         line = line(begin_of(line):)
+         return
+      end if
       if (did_you_mean(path, '.csv') /= '') why = 'there is no such file; '//did_you_mean(path, '.csv')
       problem = printable_path(path)//': cannot be read ('//trim(why)//')'
    end subroutine open_history

@@ -341,7 +341,7 @@ contains
          found = columns_named(trim(words(i)), names)
          if (.not. any(found)) then
             problem = ': there is no column '//quoted(trim(words(i)))// &
-                      ' (expected '//comma_list(names(2:))//hint(words(i), names)//')'
+                      ' (expected '//printable_path(comma_list(names(2:)))//hint(words(i), names)//')'
          else if (allocated(command%xy) .and. count(found) > 1) then
             problem = ': '//quoted(trim(words(i)))//' is a set of columns (expected one column'//': '// &
                       trim(names(findloc(found, .true., dim=1)))//', ...)'

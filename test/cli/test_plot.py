@@ -263,6 +263,8 @@ class Pictures(CommandLineTest):
     def test_blank_lines_at_the_end_of_a_history_are_no_rows(self):
         self.write("h.csv", "t,L1,L2,L3\n0,1,2,3\n1,1,2,4\n\n \n")
         self.succeed("plot", "h.csv", "--output", "h.svg")
+        self.write("h.csv", "\ufefft,L1,L2,L3\r\n0,1,2,3\r\n1,1,2,4")
+        self.succeed("plot", "h.csv", "--output", "h.svg")
         self.write("h.csv", "t,L1,L2,L3\n0,1,2,3\n\n1,1,2,4\n")
         self.fail_with(2, "plot", "h.csv", "--output", "h.svg", says=("h.csv:3:",))
 
@@ -278,6 +280,11 @@ class Pictures(CommandLineTest):
             self.write(name, text)
             self.fail_with(2, "plot", name, says=(says,))
         self.fail_with(2, "plot", "absent.csv", says=("absent.csv: cannot be read",))
+        self.write("escape.csv", "t,omega1,\x1b[31m\n0,1,2\n1,2,3\n")
+        self.fail_with(2, "plot", "escape.csv", "--columns", "depth", says=("expected omega1, \\x1B[31m",))
+        for command in (("plot", "/dev/stdin", "--output", "a.svg"), ("export", "/dev/stdin", "--gltf", "a.gltf")):
+            self.fail_with(2, *command, input="t,L1\n0,1\n1,2\n", says=("/dev/stdin: cannot be read twice (expected a file",))
+        self.fail_with(2, "plot", "", says=("the name of the history is blank (expected nutate plot HISTORY.csv)",))
         self.fail_with(2, "plot", self.folder, says=("cannot be read (Is a directory)",))
         self.fail_with(2, "export", ".", "--gltf", "a.gltf", says=(".: cannot be read (Is a directory)",))
         self.assertEqual([name for name in self.names() if not name.endswith((".csv", ".nml"))], [])

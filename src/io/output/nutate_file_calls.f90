@@ -10,6 +10,9 @@ module nutate_file_calls
    public :: file_remove, file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, file_target
    public :: file_truncate, file_write, file_write_at, prepare_process
 
+   !> Kinds of file that a path can stand for; `nutate_files.c` has the same numbers.
+   integer, parameter, public :: KIND_ABSENT = 0, KIND_REGULAR = 1, KIND_FOLDER = 2
+
    interface
       integer(c_int) function file_kind(path) bind(c, name='nutate_file_kind')
          import :: c_char, c_int

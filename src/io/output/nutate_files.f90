@@ -12,7 +12,8 @@ module nutate_files
    use nutate_checksum, only: checksum
    use nutate_file_calls, only: file_close, file_is_terminal, file_kind, file_open, file_open_beside, &
       file_open_locked, file_read_tail, file_remove, file_rename, file_replace, file_replaceable, file_same, &
-      file_settle, file_sync, file_target, file_truncate, file_write, file_write_at, prepare_process
+      file_settle, file_sync, file_target, file_truncate, file_write, file_write_at, prepare_process, &
+      KIND_ABSENT, KIND_FOLDER, KIND_REGULAR
    use nutate_kinds, only: long
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_IO
    use nutate_system_text, only: error_text, text_of
@@ -36,8 +37,6 @@ module nutate_files
    integer, parameter :: descriptors(5) = &
       [STANDARD_OUTPUT, STANDARD_OUTPUT, STANDARD_OUTPUT, STANDARD_ERROR, STANDARD_ERROR]
 
-   !> Kinds of file that a name can stand for; `nutate_files.c` has the same numbers.
-   integer, parameter :: KIND_ABSENT = 0, KIND_REGULAR = 1, KIND_FOLDER = 2
    !> Results of `nutate_file_open_locked` if another process holds the lock, and if the file is too short;
    !> `nutate_files.c` has the same numbers.
    integer, parameter :: LOCKED = -1, TOO_SHORT = -2

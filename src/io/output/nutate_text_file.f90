@@ -58,6 +58,8 @@ contains
          call read_to_end(unit, text, reason)
       end if
       close (unit)
+      if (reason == '' .and. (index(text, char(255)//char(254)) == 1 .or. index(text, char(254)//char(255)) == 1)) &
+         reason = 'it is in UTF-16; expected UTF-8'
    end subroutine read_text_file
 
    !> Reads a file without a size in advance, such as a pipe; up to a NUL, of which a device may have any number.

@@ -314,7 +314,7 @@ contains
       if (.not. any(fields == -1)) problem = "there is no column 't' (expected the time in s)"
       do i = 1, size(measurement%columns)
          if (problem == '' .and. .not. any(fields == i)) problem = 'there is no column '// &
-            quoted(trim(measurement%columns(i)))//' (expected it, beside '//comma_list(names)//')'
+            quoted(trim(measurement%columns(i)))//' (expected it, beside '//printable_path(comma_list(names))//')'
       end do
    end subroutine read_header
 
