@@ -108,6 +108,13 @@ class Rows(SweepTest):
         self.assertEqual(done.stdout.splitlines(), lines)
         self.assertIn("tumble.npy is complete", done.stderr)
 
+    def test_a_byte_order_of_other_programs_does_not_matter(self):
+        self.succeed("sweep", "tumble.nml", "--quiet", "--output", "a.npy", "--csv", "a.csv", "--set", "ensemble.members=5")
+        self.succeed("sweep", "tumble.nml", "--quiet", "--output", "b.npy", "--csv", "b.csv", "--set", "ensemble.members=5",
+                     env={**os.environ, "GFORTRAN_CONVERT_UNIT": "big_endian", "FORT_CONVERT": "BIG_ENDIAN"})
+        for ending in ("npy", "csv"):
+            self.assertEqual(self.bytes_of("a." + ending), self.bytes_of("b." + ending))
+
     def test_the_same_bytes_for_every_chunk(self):
         whole = self.sweep()
         for chunk in (1, 7, 200, 1000):

@@ -73,11 +73,15 @@ contains
       !> Shape (fields, rows).
       integer(long), allocatable, intent(out) :: fields(:, :)
       type(status_t), intent(out) :: status
+      character(len=:), allocatable :: bytes
       integer :: iostat
       allocate (fields(self%layout%width(), min(portion, self%rows - self%at)))
       if (size(fields) == 0) return
-      read (self%unit, pos=self%offset + self%at*self%layout%width()*word + 1, iostat=iostat) fields
+      ! Characters keep their order; numbers would be converted by GFORTRAN_CONVERT_UNIT=big_endian.
+      allocate (character(len=word*size(fields)) :: bytes)
+      read (self%unit, pos=self%offset + self%at*self%layout%width()*word + 1, iostat=iostat) bytes
       if (iostat /= 0) status = fail(NUTATE_IO, 'it cannot be read to its end')
+      if (iostat == 0) fields = reshape(transfer(bytes, fields), shape(fields))
       self%at = self%at + size(fields, 2)
    end subroutine next
 
