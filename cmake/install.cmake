@@ -48,7 +48,7 @@ install(FILES python/pyproject.toml python/README.md DESTINATION ${python_folder
 install(DIRECTORY python/examples DESTINATION ${python_folder} FILES_MATCHING PATTERN "*.py")
 install(DIRECTORY python/nutate DESTINATION ${python_folder} FILES_MATCHING PATTERN "*.py" PATTERN "*.js" PATTERN "py.typed" PATTERN __pycache__ EXCLUDE)
 install(CODE "file(WRITE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${python_folder}/nutate/_location.py\"
-   \"LIBRARY = '\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/libnutate.so.${PROJECT_VERSION_MAJOR}'\\n\")
+   \"LIBRARY = r'''\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/libnutate.so.${PROJECT_VERSION_MAJOR}'''\\n\")
    list(APPEND CMAKE_INSTALL_MANIFEST_FILES \"\${CMAKE_INSTALL_PREFIX}/${python_folder}/nutate/_location.py\")")
 
 install(FILES README.md CHANGELOG.md LICENSE CITATION.cff TYPE DOC)

@@ -195,9 +195,10 @@ def failure(status: int, message: str) -> NutateError:
 
 
 def installed_with() -> list[str]:
-    """The library that was installed together with this package, if it was: `make install` says where."""
+    """The library that was installed together with this package, if it was: where `make install` says, or beside it if moved."""
     try:
-        return [importlib.import_module("._location", __package__).LIBRARY]
+        beside = os.path.join(os.path.dirname(os.path.abspath(__file__)), *[os.pardir] * 4, "lib", SONAME)
+        return [importlib.import_module("._location", __package__).LIBRARY, beside]
     except ImportError:
         return []
 

@@ -131,6 +131,15 @@ goes_without_a_trace() {
       ! bash tools/setup/uninstall.sh "$scratch/copy" 2>"$scratch/again" && grep -q 'nothing was installed' "$scratch/again"
 }
 
+# The old place must not be needed.
+moves_with_its_python() {
+   has_numpy || return 0
+   cp -r "$prefix" "$scratch/it's moved" &&
+      sed -i "s:'/.*/lib/:'/nowhere/lib/:" "$scratch/it's moved/share/nutate/python/nutate/_location.py" || return 1
+   LD_LIBRARY_PATH='' PYTHONPATH="$scratch/it's moved/share/nutate/python" "$venv/bin/python" -c 'import nutate'
+}
+has_numpy() { "$venv/bin/python" -c 'import numpy' >/dev/null 2>&1; }
+
 links_modules() {
    # shellcheck disable=SC2046
    gfortran example/box_by_hand.f90 -o "$scratch/box" $(pkg-config --cflags --libs nutate-fortran) && "$scratch/box" >"$scratch/box.log"
@@ -149,6 +158,7 @@ expect "an example links by pkg-config nutate-fortran" links_modules
 expect "libnutate.a has no global names but its own" shows_names_of_its_own
 expect "bodies are moved by one thread unless more are asked for" uses_threads_when_asked
 expect "scenes and documentation are installed" has_scenes_and_documentation
+expect "the Python package finds the library of a tree that was moved" moves_with_its_python
 expect "make uninstall leaves nothing of it" goes_without_a_trace
 say "$passed passed, $failed failed"
 [ $failed -eq 0 ]
