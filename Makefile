@@ -17,7 +17,12 @@ OPENMP ?=
 
 export FFLAGS OPENMP
 
+# $(call quoted,TEXT) is one word for the shell.
+quoted = '$(subst ','\'',$(1))'
+
 .DEFAULT_GOAL := build
+# The scripts run several processes themselves; two targets at a time would build in one folder.
+.NOTPARALLEL:
 .PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize flang bench figures paper cases costs lint api docs paper-pdf dist wheel deb install uninstall clean
 
 help: ## this list
@@ -35,7 +40,7 @@ mpi: ## build build/nutate-mpi: sweeps by the processes of MPI (Debian's OpenMPI
 	@NUTATE_MPI=1 bash tools/setup/build.sh nutate_mpi
 
 run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
-	@bash tools/setup/run.sh '$(SCENE)'
+	@bash tools/setup/run.sh $(call quoted,$(SCENE))
 
 test: setup ## run the unit tests and the command-line tests
 	@bash tools/tests/test.sh
@@ -113,10 +118,10 @@ wheel: ## build a wheel of the Python package that needs no other library, in bu
 
 install: ## install program, libraries, packages for pkg-config, CMake and Python, scenes and docs in PREFIX=FOLDER
 	@bash tools/setup/setup.sh build
-	@bash tools/setup/install.sh '$(PREFIX)'
+	@bash tools/setup/install.sh $(call quoted,$(PREFIX))
 
 uninstall: ## remove from PREFIX=FOLDER what `make install` put there
-	@bash tools/setup/uninstall.sh '$(PREFIX)'
+	@bash tools/setup/uninstall.sh $(call quoted,$(PREFIX))
 
 clean: ## remove what was built; the tools in .venv and the fetched test-drive stay
 	@[ ! -d build ] || find build -mindepth 1 -maxdepth 1 ! -name dependencies ! -name cache.toml -exec rm -rf {} +

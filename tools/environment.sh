@@ -1,5 +1,7 @@
 # Sourced by the other scripts: goes to the top of the project, puts its tools on PATH, and holds what they share.
 
+# With CDPATH, cd prints where it went, or goes elsewhere.
+unset CDPATH
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd) || exit 1
 cd "$top" || exit 1
 
@@ -37,6 +39,8 @@ export PATH
 
 say() { printf '%s\n' "$*"; }
 die() { printf 'nutate: %s\n' "$*" >&2; exit 1; }
+# A path with HOME for ~/ at its begin, which only some shells expand in PREFIX=~/nutate.
+home_expanded() { case $1 in "~/"*) say "$HOME${1#"~"}" ;; *) say "$1" ;; esac }
 has() { command -v "$1" >/dev/null 2>&1; }
 # A tool of a .venv/ that was moved is there, but does not start.
 works() { "$1" --version >/dev/null 2>&1; }
@@ -81,15 +85,18 @@ build() {
    quietly "$name" fpm_with_flags build "$@"
 }
 
-# cmake_build NAME ARGUMENT...: builds by CMakeLists.txt with $FFLAGS; arguments are those of cmake --build.
-cmake_build() {
-   local name=$1
+# cmake_build NAME ARGUMENT...: builds by CMakeLists.txt with $FFLAGS; arguments are those of cmake --build. A second build in the
+# same folder waits for the first.
+cmake_build() (
+   name=$1
    shift
+   mkdir -p "$top/build" && exec 9>"$top/build/lock" || exit 1
+   ! has flock || flock 9
    quietly "$name-configure" cmake -S "$top" -B "$cmake_folder" -DCMAKE_BUILD_TYPE=None \
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 \
       -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="$openmp" -DNUTATE_MPI="${NUTATE_MPI:-0}" &&
       quietly "$name" cmake --build "$cmake_folder" --parallel "$jobs" "$@"
-}
+)
 
 # Names of the suites of unit tests.
 suites() { sed -n 's/.*new_testsuite("\([a-z_0-9]*\)".*/\1/p' test/suites_of_*.f90; }

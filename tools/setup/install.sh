@@ -6,14 +6,15 @@ set -u
 . "$(dirname "$0")/../environment.sh"
 
 [ $# -eq 1 ] && [ -n "$1" ] || die "say where to install: make install PREFIX=FOLDER"
-mkdir -p "$1" && prefix=$(cd "$1" && pwd) || exit 1
+prefix=$(home_expanded "$1")
+mkdir -p -- "$prefix" && prefix=$(cd -- "$prefix" && pwd) || exit 1
 
 say "Building with $FFLAGS what is installed (the first build takes a minute)"
 cmake_build install-build || exit 1
 quietly install cmake --install "$cmake_folder" --prefix "$prefix" || exit 1
 
 list=$prefix/share/nutate/installed.txt
-{ [ ! -f "$list" ] || cat "$list"; sed "s:^$prefix/::" "$cmake_folder/install_manifest.txt"; echo; } |
+{ [ ! -f "$list" ] || cat "$list"; cut -b $(($(printf %s "$prefix/" | wc -c) + 1))- "$cmake_folder/install_manifest.txt"; echo; } |
    sort -u | sed '/./!d' >"$list.new" && mv "$list.new" "$list" || exit 1
 
 say "Installed in $prefix: bin/nutate, lib/libnutate.so and .a, include/nutate.h, include/nutate/*.mod"

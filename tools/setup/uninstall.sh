@@ -5,9 +5,10 @@ set -u
 . "$(dirname "$0")/../environment.sh"
 
 [ $# -eq 1 ] && [ -n "$1" ] || die "say where nutate is installed: make uninstall PREFIX=FOLDER"
-list=$1/share/nutate/installed.txt
-[ -f "$list" ] || die "nothing was installed in $1 (there is no $list)"
-prefix=$(cd "$1" && pwd) || exit 1
+prefix=$(home_expanded "$1")
+list=$prefix/share/nutate/installed.txt
+[ -f "$list" ] || die "nothing was installed in $prefix (there is no $list)"
+prefix=$(cd -- "$prefix" && pwd) || exit 1
 
 # pip leaves these beside the Python package that it is given.
 rm -rf "$prefix/share/nutate/python/build" "$prefix/share/nutate/python/"*.egg-info
