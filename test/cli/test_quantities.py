@@ -55,6 +55,26 @@ class Quantities(CommandLineTest):
             for event in events:
                 self.assertAlmostEqual(float(event[name]), level, delta=1e-9*max(abs(level), 1), msg=name)
 
+    def test_roll_pitch_and_yaw_need_no_orbit(self):
+        for frame in ("", "&rotating_frame rate = 0.2, -0.3, 0.5 /\n"):
+            text = ("&body inertia = 5.0, 20.0, 17.0 /\n&initial quaternion = 0.8, 0.4, -0.4, 0.2, angular_velocity = 0.4, -0.3, 2.0"
+                    + (", rate_from = 'inertial' /\n" if frame else " /\n") + frame +
+                    "&integrator local_tolerance = 1e-12, end_time = 5.0 /\n&output columns = 'roll_pitch_yaw', interval = 0.01 /\n")
+            for name in ("roll", "pitch", "yaw"):
+                rows = self.rows_of(text + f"&event name = 'level', when = '{name}', crosses = 0.3 /\n"
+                                    f"&event name = 'turn', when = '{name}', extremum = 'both' /\n")
+                values = [row[name] for row in rows]
+                steps = [b - a for a, b in zip(values, values[1:])]
+                crossings = sum((a - 0.3)*(b - 0.3) < 0 and abs(b - a) < 1 for a, b in zip(values, values[1:]))
+                turns = sum(a*b < 0 and abs(a) < 1 and abs(b) < 1 for a, b in zip(steps, steps[1:]))
+                with self.subTest(frame=frame, name=name):
+                    events = list(csv.DictReader(self.read("q.events.csv").splitlines()))
+                    found = [float(event[name]) for event in events if event["event"] == "level"]
+                    self.assertGreater(crossings, 1)
+                    self.assertEqual(len(found), crossings)
+                    self.assertLess(max(abs(value - 0.3) for value in found), 1e-9)
+                    self.assertEqual(sum(event["event"] == "turn" for event in events), turns)
+
     def test_a_sum_has_four_parts(self):
         self.write("sum.nml", SCENE + "&event when = 'omega1', 'omega2', 'omega3', 'angular_speed', weights = 1, 1, 1, -1, crosses = 0 /\n")
         self.succeed("run", "sum.nml", "--quiet")

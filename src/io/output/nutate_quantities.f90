@@ -314,7 +314,8 @@ module nutate_quantities
          integer, intent(in) :: use
       end function serves
 
-      !> Returns the position of a quantity in the table; 0 for an unknown name, or one without the use.
+      !> Returns the position of a quantity in the table, of two of one name that which needs no orbit; 0 for an unknown
+      !> name, or one without the use.
       pure integer module function find_quantity(name, use) result(at)
          character(len=*), intent(in) :: name
          !> `AS_EVENT` or `AS_MEASUREMENT`; default: any.

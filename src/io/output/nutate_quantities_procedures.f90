@@ -60,12 +60,16 @@ contains
    end procedure serves
 
    module procedure find_quantity
-      do at = 1, size(quantities)
-         if (component_of(quantities(at), name) == 0) cycle
-         if (.not. present(use)) return
-         if (serves(quantities(at), use)) return
-      end do
+      integer :: i
       at = 0
+      do i = 1, size(quantities)
+         if (component_of(quantities(i), name) == 0) cycle
+         if (present(use)) then
+            if (.not. serves(quantities(i), use)) cycle
+         end if
+         at = i
+         if (quantities(i)%needs /= NEEDS_ORBIT) return
+      end do
    end procedure find_quantity
 
    module procedure component_of

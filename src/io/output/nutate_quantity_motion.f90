@@ -62,8 +62,11 @@ contains
          case (Q_FIELD)
             v = field_in_body(system%effects, motion%state)
             x = v(component)
-         case (Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, &
-               Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
+         case (Q_ROLL_PITCH_YAW)
+            v = roll_pitch_yaw_from_quat(attitude_in_lvlh(system, q, motion%state%t))
+            x = v(component)
+         case (Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_TRUE_ANOMALY, &
+               Q_SHADOW_DEPTH)
             x = orbit_value(quantity%kind, component, system, motion)
          case (Q_TUMBLING)
             elements = tumbling_values(system, motion%state)
@@ -166,24 +169,19 @@ contains
          case (Q_LVLH_RATE)
             v = rate_in_lvlh(system, unit(motion%state%q), motion%omega, t)
             x = v(component)
-         case (Q_LVLH_ATTITUDE)
+         case default
             attitude = attitude_in_lvlh(system, motion%state%q, t)
             x = attitude(component)
-         case default
-            v = roll_pitch_yaw_from_quat(attitude_in_lvlh(system, motion%state%q, t))
-            x = v(component)
          end select
       end associate
    end function orbit_value
 
-   !> Returns the rate of `orbit_value` along the motion. With w the body's rate against the LVLH frame:
-   !> pitch' = w2 cos(roll) - w3 sin(roll), yaw' = (w2 sin(roll) + w3 cos(roll))/cos(pitch),
-   !> roll' = w1 + yaw' sin(pitch).
+   !> Returns the rate of `orbit_value` along the motion.
    pure real(wp) function orbit_rate(kind, component, system, motion) result(x)
       integer, intent(in) :: kind, component
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
-      real(wp) :: angles(3), w(3), velocity(3), place(3), rates(4)
+      real(wp) :: velocity(3), place(3), rates(4)
       x = 0.0_wp
       if (.not. system%effects%on_orbit) return
       associate (orbit => system%effects%orbit, t => motion%state%t)
@@ -205,18 +203,28 @@ contains
             x = dot_product(velocity, place)/orbit%path%radius(t)
          case (Q_TRUE_ANOMALY)
             x = orbit%path%turn_rate(t)
-         case (Q_SHADOW_DEPTH)
-            x = shadow_rate(orbit, t)
          case default
-            angles = roll_pitch_yaw_from_quat(attitude_in_lvlh(system, motion%state%q, t))
-            w = rate_in_lvlh(system, unit(motion%state%q), motion%omega, t)
-            x = w(2)*cos(angles(1)) - w(3)*sin(angles(1))
-            if (component == PITCH) return
-            x = (w(2)*sin(angles(1)) + w(3)*cos(angles(1)))/max(cos(angles(2)), eps)
-            if (component == ROLL) x = w(1) + x*sin(angles(2))
+            x = shadow_rate(orbit, t)
          end select
       end associate
    end function orbit_rate
+
+   !> Returns the rate of roll, pitch or yaw along the motion. With w the body's rate against the LVLH frame, or against
+   !> the space axes: pitch' = w2 cos(roll) - w3 sin(roll), yaw' = (w2 sin(roll) + w3 cos(roll))/cos(pitch),
+   !> roll' = w1 + yaw' sin(pitch).
+   pure real(wp) function roll_pitch_yaw_rate(component, system, motion) result(x)
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: angles(3), w(3)
+      angles = roll_pitch_yaw_from_quat(attitude_in_lvlh(system, motion%state%q, motion%state%t))
+      w = motion%relative
+      if (system%effects%on_orbit) w = rate_in_lvlh(system, unit(motion%state%q), motion%omega, motion%state%t)
+      x = w(2)*cos(angles(1)) - w(3)*sin(angles(1))
+      if (component == PITCH) return
+      x = (w(2)*sin(angles(1)) + w(3)*cos(angles(1)))/max(cos(angles(2)), eps)
+      if (component == ROLL) x = w(1) + x*sin(angles(2))
+   end function roll_pitch_yaw_rate
 
    !> Returns the attitude from the body to the LVLH frame, or to the space axes if there is no orbit; shape (4).
    pure function attitude_in_lvlh(system, q, t) result(relative)
@@ -346,8 +354,9 @@ contains
                x = dot_product(motion%omega, motion%acceleration)/vector_length(motion%omega)
          case (Q_SUN_ANGLE)
             x = sun_angle_rate(system, motion)
-         case (Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_TRUE_ANOMALY, &
-               Q_SHADOW_DEPTH)
+         case (Q_ROLL_PITCH_YAW)
+            x = roll_pitch_yaw_rate(component, system, motion)
+         case (Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
             x = orbit_rate(quantity%kind, component, system, motion)
          case (Q_TUMBLING)
             x = tumbling_rate(component, system, motion)
