@@ -174,8 +174,9 @@ contains
             type is (controller_t)
                loop = controller%sample*matmul(scene%system%body%inverse_inertia, controller%rate_gain)
                gain = maxval([(loop(k, k), k=1, 3)])
-               if (gain > unstable) call add_note(notes, 'a sampled controller is unstable: rate_gain*sample/J is '// &
-                                                  rounded_text(gain, 3)//' (expected less than 2)')
+               if (gain > unstable) &
+                  call add_note(notes, 'a sampled controller is unstable: D*sample/J, D its matrix of rate gains, '// &
+                                'is '//rounded_text(gain, 3)//' (expected less than 2)')
                if (controller%by /= BY_WHEELS .or. controller%law /= POINTING) cycle
                ! The shares are the negative pseudo-inverse of the axes: their product has the rank as its trace.
                spanned = nint(sum([(-dot_product(controller%share(:, k), effects%wheels(k)%axis), &

@@ -139,7 +139,7 @@ class Check(CommandLineTest):
                 ("&orbit altitude = 500, inclination = 97.4 /\n&gravity_gradient /\n", "an angle of 97.4 rad in inclination is more than a turn"),
                 ("&orbit altitude = 500, inclination = 97.4 /\n&gravity_gradient /\n", "the altitude of the orbit is 500 m"),
                 ("&controller law = 'quaternion', attitude_gain = 1, rate_gain = 10, sample = 0.3 /\n",
-                 "a sampled controller is unstable: rate_gain*sample/J is 3 (expected less than 2)"),
+                 "a sampled controller is unstable: D*sample/J, D its matrix of rate gains, is 3 (expected less than 2)"),
                 ("&output every = 200 /\n", "by half a turn or more between rows, which are 2 s apart")):
             with self.subTest(says):
                 self.write("slip.nml", spin + text)
