@@ -86,7 +86,7 @@ module nutate_cli
       option_t('--evaluations', 'N', 'cost', &
                'budget in evaluations of the equations instead of seconds'), &
       option_t('--quiet', '', 'run,sweep,fit,linearize', 'no progress bar and no summary; errors are still printed'), &
-      option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps or rows'), &
+      option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps'), &
       option_t('--max-steps', 'N', 'sweep', 'end a member that needs more than N steps; its row has status 9'), &
       option_t('--max-steps', 'N', 'fit', 'stop with exit status 3 after N steps of all runs together'), &
       option_t('--max-steps', 'N', 'linearize', 'stop with exit status 3 after N steps of the period'), &

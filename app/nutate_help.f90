@@ -71,7 +71,7 @@ module nutate_help
       'or on a circular orbit in the LVLH frame. The index counts the negative directions of the', &
       'effective potential, growth is the largest real part of an eigenvalue.']
    character(len=*), parameter :: view_notes(*) = [character(len=note_length) :: &
-      'The page shows the body (its shape, or the box of its inertia), the path of its symmetry', &
+      'The page shows the body (its shape, or one with its moments), the path of its symmetry', &
       'axis or of its centre of mass, angular velocity and momentum, reaction wheels, the LVLH frame,', &
       'the polhode on the inertia ellipsoid, and curves with events and a moving cursor. The body', &
       'turns by less than 0.3 rad from frame to frame, however few rows the scene writes. The page', &

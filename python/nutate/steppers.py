@@ -207,7 +207,7 @@ class Stepper(SatelliteState):
         Raises
         ------
         NutateValueError
-            If a value is not finite.
+            If the norm of the quaternion differs from 1 by more than 1e-6, or a value is not finite.
         """
         self._call("nutate_stepper_set_canonical", float(t), quaternion(q).tobytes(), vector(p, 4, "p").tobytes())
 
