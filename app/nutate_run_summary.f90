@@ -169,10 +169,10 @@ contains
          count_text(run%summary%most_iterations)//' at most')
    end subroutine add_effort
 
-   !> Returns true if the steps of a scene can be certified: never those with wheels, inner spheres or controllers.
+   !> Returns true if the steps of a scene can be certified: never those with reaction wheels or controllers.
    pure logical function has_certificates(effects)
       type(effect_list_t), intent(in) :: effects
-      has_certificates = effects%n_wheels == 0 .and. .not. has_controller(1, .false., effects)
+      has_certificates = effects%n_reaction_wheels == 0 .and. .not. has_controller(1, .false., effects)
    end function has_certificates
 
    !> Adds the number and the error of adaptive steps.

@@ -112,6 +112,8 @@ class History(CommandLineTest):
         done = self.succeed("run", "meeting.nml")
         self.assertRegex(done.stderr, r"not certified +([1-9]|10) of the steps")
         self.assertNotIn("not certified", self.succeed("run", "box.nml").stderr)
+        sphere = ("--set", "inner_sphere.inertia=0.1", "--set", "inner_sphere.damping=0.01")
+        self.assertRegex(self.succeed("run", "meeting.nml", *sphere).stderr, r"not certified +([1-9]|10) of the steps")
         # No step with a wheel can be certified.
         self.write("wheel.nml", "&body inertia = 1.0, 2.0, 2.5 /\n&initial angular_velocity = 0.3, 1.0, 0.2 /\n"
                                 "&wheel axis = 0, 0, 1, inertia = 0.1, speed = 3 /\n&integrator time_step = 0.01, end_time = 0.1 /\n")
