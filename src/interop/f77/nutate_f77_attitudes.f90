@@ -6,7 +6,7 @@ subroutine nuq2m(q, r, info)
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotation_matrix
    implicit none
-   !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
+   !> (input) Attitude, unit quaternion to 5D-10, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
    !> (output) Rotation matrix: a vector's space components are R times its body components; dimension (3,3).
    real(wp), intent(inout) :: r(3, 3)
@@ -41,7 +41,7 @@ subroutine nuq2e(q, phi, theta, psi, info)
    use nutate_f77_check, only: is_attitude
    use nutate_kinds, only: wp
    implicit none
-   !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
+   !> (input) Attitude, unit quaternion to 5D-10, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
    !> (output) Precession about the space axis 3, rad, in (-pi, pi].
    real(wp), intent(inout) :: phi

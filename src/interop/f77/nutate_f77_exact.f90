@@ -12,7 +12,7 @@ subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
    implicit none
    !> (input) Inertia tensor about the fixed point, body axes, kg m²; dimension (3,3).
    real(wp), intent(in) :: aj(3, 3)
-   !> (input) Attitude at time 0, unit quaternion to 1D-9, body to space; dimension (4).
+   !> (input) Attitude at time 0, unit quaternion to 5D-10, body to space; dimension (4).
    real(wp), intent(in) :: q0(4)
    !> (input) Angular velocity at time 0, body axes, rad/s; dimension (3).
    real(wp), intent(in) :: omega0(3)

@@ -9,7 +9,7 @@ subroutine nusetp(q, omega, p, work, lwork, info)
    use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
    implicit none
-   !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
+   !> (input) Attitude, unit quaternion to 5D-10, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
    !> (input) Angular velocity, body axes, rad/s; dimension (3).
    real(wp), intent(in) :: omega(3)
@@ -51,7 +51,7 @@ subroutine nuomeg(q, p, omega, work, lwork, info)
    use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
    implicit none
-   !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
+   !> (input) Attitude, unit quaternion to 5D-10, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
    !> (input) Conjugate momentum, kg m²/s; dimension (4).
    real(wp), intent(in) :: p(4)
@@ -88,7 +88,7 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
    implicit none
-   !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
+   !> (input) Attitude, unit quaternion to 5D-10, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
    !> (input) Conjugate momentum, kg m²/s; dimension (4).
    real(wp), intent(in) :: p(4)

@@ -119,7 +119,7 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    real(wp), intent(in) :: dt
    !> (input/output) Time, s.
    real(wp), intent(inout) :: t
-   !> (input/output) Attitude, unit quaternion to 1D-9; dimension (4).
+   !> (input/output) Attitude, unit quaternion to 5D-10; dimension (4).
    real(wp), intent(inout) :: q(4)
    !> (input/output) Conjugate momentum, from NUSETP, kg m²/s; dimension (4).
    real(wp), intent(inout) :: p(4)
@@ -166,7 +166,7 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    real(wp), intent(in) :: dt
    !> (input/output) Time, s.
    real(wp), intent(inout) :: t
-   !> (input/output) Attitude, unit quaternion to 1D-9; dimension (4).
+   !> (input/output) Attitude, unit quaternion to 5D-10; dimension (4).
    real(wp), intent(inout) :: q(4)
    !> (input/output) Conjugate momentum, from NUSETP, kg m²/s; dimension (4).
    real(wp), intent(inout) :: p(4)
