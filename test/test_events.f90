@@ -327,12 +327,10 @@ contains
          problem = forced_body()
          if (k == 2) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', &
                                                                       rate=[0.3_wp, -0.5_wp, 0.4_wp]))
-         if (k > 2) then
-            call add_orbit(problem%system, eccentricity=merge(0.3_wp, 0.0_wp, k == 3))
-            ! Away from a pitch of 90 degrees.
-            problem%start%q = quat_product(away, problem%start%q)
-            problem%start%p = quat_product(away, problem%start%p)
-         end if
+         if (k > 2) call add_orbit(problem%system, eccentricity=merge(0.3_wp, 0.0_wp, k == 3))
+         ! Away from a pitch of 90 degrees.
+         problem%start%q = quat_product(away, problem%start%q)
+         problem%start%p = quat_product(away, problem%start%p)
          call add_frames(problem%system)
          call find_motion(problem%system, problem%start, here)
          call find_rates(problem%system, 0.0_wp, here)
