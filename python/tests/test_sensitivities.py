@@ -231,6 +231,25 @@ class ChaosTest(unittest.TestCase):
         for one in (stepper, again):
             np.testing.assert_array_equal(one.run_to(20.0).exponents, solution.exponents)
 
+    def test_a_stepper_that_follows_none_chooses_its_method_again(self):
+        stepper = nutate.Stepper(nutate.System(scene=self.scene), accuracy=1e-6)
+        stepper.set_state(*self.scene.initial)
+        stepper.run_to(1.0)
+        chosen = stepper.get("method"), stepper.get("choice")
+        for scene, exponents in ((self.scene, 6), (nutate.Scene(text=TOP), None)):
+            stepper.follow_chaos(scene)
+            history = stepper.run_to(stepper.time + 1.0)
+            self.assertEqual(history.exponents if exponents is None else len(history.exponents), exponents)
+        self.assertEqual((stepper.get("method"), stepper.get("choice")), chosen)
+
+    def test_they_and_derivatives_pass_events_of_a_series(self):
+        text = ("&body inertia = 3, 4, 5 / &torque space = 0.1, 0.2, 0.3 / &initial angular_velocity = 0.1, 0.7, 1 /\n"
+                "&event when = 'q3', crosses = 0.3 / &integrator method = 'taylor', end_time = 2, ")
+        for more in ("&chaos /", "&free key = 'initial.angular_velocity' / &output columns = 'sensitivities' /"):
+            times = [nutate.Scene(text=text + goal + " /\n" + more + "\n").run().events[0].t
+                     for goal in ("accuracy = 1e-9", "local_tolerance = 1e-9", "time_step = 0.02")]
+            np.testing.assert_allclose(times, times[2], rtol=0, atol=1e-8)
+
     def test_free_numbers_stand_beside_them(self):
         plain, both = nutate.solve(self.scene, **STEPS), nutate.solve(self.scene, free=["body.mass"], **STEPS)
         np.testing.assert_array_equal(plain.q, both.q)

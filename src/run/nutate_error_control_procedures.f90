@@ -336,7 +336,7 @@ contains
       state = self%start
       if (self%method%dense .or. self%equal%suit) then
          if (.not. present(before) .or. abs(t - state%t) >= least_time) &
-            call evaluate_dense(self, system, progress, t, state, since, each, status, present(before), tangent)
+            call evaluate_dense(self, system, progress, t, state, since, each, status, tangent)
       else if (abs(t - state%t) >= least_time .and. .not. present(before)) then
          call go_inside(self%branch, system, 2, t, progress%state%t, state, work, status, each, tangent)
       else if (abs(t - state%t) >= least_time) then
@@ -355,7 +355,7 @@ contains
    end procedure state_inside
 
    !> Evaluates the state at a time inside the last step by the method.
-   subroutine evaluate_dense(self, system, progress, t, state, since, each, status, for_event, tangent)
+   subroutine evaluate_dense(self, system, progress, t, state, since, each, status, tangent)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(in) :: progress
@@ -365,11 +365,10 @@ contains
       !> Work since the start of the step, J: of all torques, and of each; shape (n_works).
       real(wp), intent(out) :: since, each(:)
       type(status_t), intent(inout) :: status
-      logical, intent(in) :: for_event
       type(tangent_t), intent(inout), optional :: tangent
       call self%half%state_at(system, t, state, since, status, each)
       if (status%code /= 0 .or. .not. present(tangent)) return
-      if (self%half%keeps_steps .or. for_event) then
+      if (self%half%keeps_steps) then
          call self%half%propagate_inside(system, state, tangent, status)
       else
          call self%half%propagate(system, self%start, state, t - self%start%t, &
