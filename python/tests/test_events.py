@@ -39,6 +39,30 @@ class InsideTest(unittest.TestCase):
             with self.assertRaises(nutate.NutateError):
                 looked.state_at(0.1)
 
+    def test_states_inside_the_last_adaptive_step_are_its_rows(self):
+        for method in ("nielsen_krenk", "rk4", "rk8", "dop853", "taylor", "exact"):
+            for goal in ({"accuracy": 1e-7}, {"local_tolerance": 1e-8}):
+                kept, other = (make_box(method=method, **goal) for _ in range(2))
+                other.run_to(0.5)
+                if method not in ("taylor", "exact"):
+                    with self.assertRaisesRegex(nutate.NutateValueError, "not inside a step that was kept"):
+                        other.state_at(0.4999)
+                kept.keep_steps()
+                kept.run_to(0.5)
+                rows = make_box(method=method, **goal).run_to(0.5, times=(0.4999, 0.5))
+                for k, t in enumerate((0.4999, 0.5)):
+                    q, omega = kept.state_at(t)
+                    np.testing.assert_allclose(q, [rows[f"q{i}"][k] for i in range(4)], rtol=0, atol=1e-6)
+                    np.testing.assert_allclose(omega, [rows[f"omega{i}"][k] for i in (1, 2, 3)], rtol=0, atol=1e-5)
+                for t in (-0.1, 0.6, 5.0, np.nan):
+                    for stepper in (kept, other):
+                        with self.assertRaisesRegex(nutate.NutateValueError, "not inside a step that was kept"):
+                            stepper.state_at(t)
+        fixed = make_box(method="taylor", time_step=0.01)
+        fixed.run_to(0.5)
+        with self.assertRaisesRegex(nutate.NutateValueError, "not inside a step that was kept"):
+            fixed.state_at(5.0)
+
     def test_events_of_a_scene_end_its_run(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "flip.nml")

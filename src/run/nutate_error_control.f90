@@ -24,7 +24,7 @@ module nutate_error_control
    implicit none
    private
 
-   public :: error_control_t
+   public :: error_control_t, is_evaluable
 
    !> Number of events that end steps whose mean distance limits the next steps, and the factor by which a step may be
    !> longer: motion beyond the next of them is computed, and searched for events, in vain.
@@ -143,6 +143,13 @@ module nutate_error_control
          type(tangent_t), intent(inout), optional :: tangent
          type(run_point_t), intent(in), optional :: before
       end subroutine state_inside
+
+      !> Returns true if the last step contains a time and can be evaluated there.
+      pure logical module function is_evaluable(self, end_time, t)
+         type(error_control_t), intent(in) :: self
+         !> Time at the end of the last step, and the time to evaluate, s.
+         real(wp), intent(in) :: end_time, t
+      end function is_evaluable
 
       !> Prepares the stepper that evaluates states inside steps, if the method has no dense output.
       module subroutine expect_events(self, system, progress, status)

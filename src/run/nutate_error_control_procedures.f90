@@ -29,7 +29,7 @@ contains
       own = settings
       self%max_step = settings%max_step
       own%project_each = .not. self%equal%suit
-      rows_inside = progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)
+      rows_inside = progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times) .or. progress%keeps_dense_output
       if (allocated(self%work) .and. self%equal%suit) rows_inside = rows_inside .or. self%half%keeps_steps
       call make_stepper(system, own, self%half, status)
       if (.not. status%ok()) return
@@ -48,6 +48,7 @@ contains
       self%t_compensation = 0.0_wp
       self%noise = noise_t()
       self%probed = .false.
+      call self%start%copy_from(progress%state, system%effects%n_wheels, .true.)
       self%sense = sign(1.0_wp, duration)
       self%momentum_scale = length_of(body_momentum(progress%state))
       rate = length_of(angular_velocity(system, progress%state))
@@ -353,6 +354,11 @@ contains
       record%work = work + since
       call add_works(record, each)
    end procedure state_inside
+
+   module procedure is_evaluable
+      is_evaluable = self%sense*(t - self%start%t) >= 0.0_wp .and. self%sense*(end_time - t) >= 0.0_wp .and. &
+                     (self%method%dense .or. self%equal%suit .or. allocated(self%branch))
+   end procedure is_evaluable
 
    !> Evaluates the state at a time inside the last step by the method.
    subroutine evaluate_dense(self, system, progress, t, state, since, each, status, tangent)

@@ -2,7 +2,7 @@
 submodule(nutate_run) nutate_run_procedures
    use nutate_accuracy, only: find_tolerance
    use nutate_control, only: beyond_accuracy, is_watched
-   use nutate_error_control, only: error_control_t
+   use nutate_error_control, only: error_control_t, is_evaluable
    use nutate_fixed_steps, only: count_steps, fixed_steps_t
    use nutate_method_choice, only: choose_settings
    use nutate_methods, only: make_stepper
@@ -395,17 +395,31 @@ contains
          end if
          tangent = self%last_tangent
       end if
-      if (allocated(self%policy)) then
+      if (.not. holds_step(self, t)) then
+         status = fail(NUTATE_BAD_ARGUMENT, outside, 't')
+      else if (allocated(self%policy)) then
          call point_to_stepper(self)
          call self%policy%state_inside(system, self%progress_t, t, state, status, tangent=tangent)
          if (present(tangent) .and. status%ok()) &
             call pass_windows_inside(self%progress_t, system, state, tangent)
-      else if (allocated(self%stepper)) then
-         call self%stepper%state_at(system, t, state, work, status)
       else
-         status = fail(NUTATE_BAD_ARGUMENT, outside, 't')
+         call self%stepper%state_at(system, t, state, work, status)
       end if
    end procedure state_at
+
+   !> Returns true if the last step is kept; of adaptive steps, if it contains a time.
+   logical function holds_step(self, t)
+      class(run_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      holds_step = .false.
+      if (allocated(self%stepper)) holds_step = self%stepper%keeps_steps
+      if (.not. allocated(self%policy)) return
+      select type (control => self%policy)
+      type is (error_control_t)
+         holds_step = is_evaluable(control, self%state%t, t)
+      end select
+   end function holds_step
 
    module procedure release
       if (.not. allocated(self%policy)) return
