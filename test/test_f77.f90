@@ -36,21 +36,24 @@ contains
                   new_unittest("F77 states and invariants are the library's", states_are_the_librarys)]
    end procedure collect_f77
 
-   !> A forced body, and one that is free but for a potential, in space axes that turn: the digits are the library's,
-   !> and the Jacobi integral of the second, by what NUINV gives, is kept.
+   !> A forced body, and one that is free but for a potential, in space axes that turn about any axis and about the
+   !> direction of the potential: the digits are the library's, and the Jacobi integral of the others, by what NUINV
+   !> gives, is kept.
    subroutine frame_has_the_digits(error)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: w(3) = [0.1_wp, -0.2_wp, 0.3_wp], dt = 0.02_wp
+      real(wp), parameter :: dt = 0.02_wp
       type(twin_t) :: twin
       type(row_keeper_t) :: keeper
       type(state_t) :: state
       type(status_t) :: status
-      real(wp) :: work(most), t, q(4), p(4), e(3), al(3, 2), c(2), jacobi(2)
+      real(wp) :: work(most), t, q(4), p(4), e(3), al(3, 2), c(2), jacobi(2), w(3)
       integer :: info, i, iform
       do iform = 1, 2
-         do i = 1, 2
+         do i = 1, 3
             twin = forced_twin(iform, merge(4, 2, i == 1))
-            if (i == 2) call leave_potential(twin)
+            if (i > 1) call leave_potential(twin)
+            w = [0.1_wp, -0.2_wp, 0.3_wp]
+            if (i == 3) w = 0.3_wp*twin%dn
             call twin%problem%system%effects%add(rotating_frame_t(rate=w))
             call run_library(twin, dt, 30, 30, state, keeper, status)
             call check(error, status%ok(), trim(status%message))

@@ -9,7 +9,15 @@ module nutate_f77_callback
    implicit none
    private
 
-   public :: failure_t, f77_potential_t, f77_torque_t
+   public :: failure_t, f77_call_t, f77_potential_t, f77_torque_t
+
+   !> Subroutines and user data of a call. Effects point to them: steppers have copies of the effects.
+   type :: f77_call_t
+      procedure(f77_potential), pointer, nopass :: pot => null()
+      procedure(f77_torque), pointer, nopass :: tor => null()
+      integer, pointer, contiguous :: iuser(:) => null()
+      real(wp), pointer, contiguous :: ruser(:) => null()
+   end type f77_call_t
 
    !> Holds the flag that a failed callback sets to 1. The flag is not in the effects, which are constant in a step.
    type :: failure_t
@@ -18,9 +26,7 @@ module nutate_f77_callback
 
    !> Potential U(γ) of a program.
    type, extends(potential_t) :: f77_potential_t
-      procedure(f77_potential), pointer, nopass :: ask => null()
-      integer, pointer, contiguous :: iuser(:) => null()
-      real(wp), pointer, contiguous :: ruser(:) => null()
+      type(f77_call_t), pointer :: now => null()
       type(failure_t) :: failure
    contains
       procedure :: energy
@@ -29,9 +35,7 @@ module nutate_f77_callback
 
    !> Torque τ(t, q, Ω) of a program, Ω absolute.
    type, extends(torque_t) :: f77_torque_t
-      procedure(f77_torque), pointer, nopass :: ask => null()
-      integer, pointer, contiguous :: iuser(:) => null()
-      real(wp), pointer, contiguous :: ruser(:) => null()
+      type(f77_call_t), pointer :: now => null()
       type(failure_t) :: failure
    contains
       procedure :: torque
@@ -43,7 +47,7 @@ contains
       class(f77_potential_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       real(wp) :: slope(3)
-      call self%ask(gamma, energy, slope, self%iuser, self%ruser)
+      call self%now%pot(gamma, energy, slope, self%now%iuser, self%now%ruser)
       if (is_moderate(energy)) return
       call note(self%failure)
       energy = 0.0_wp
@@ -54,7 +58,7 @@ contains
       real(wp), intent(in) :: gamma(3)
       real(wp) :: gradient(3)
       real(wp) :: u
-      call self%ask(gamma, u, gradient, self%iuser, self%ruser)
+      call self%now%pot(gamma, u, gradient, self%now%iuser, self%now%ruser)
       if (all(is_moderate(gradient))) return
       call note(self%failure)
       gradient = 0.0_wp
@@ -64,7 +68,7 @@ contains
       class(f77_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3)
-      call self%ask(t, q, self%absolute_rate(q, omega), tau, self%iuser, self%ruser)
+      call self%now%tor(t, q, self%absolute_rate(q, omega), tau, self%now%iuser, self%now%ruser)
       if (all(is_moderate(tau))) return
       call note(self%failure)
       tau = 0.0_wp

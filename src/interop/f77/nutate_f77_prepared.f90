@@ -9,7 +9,7 @@ module nutate_f77_prepared
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_damping, only: damping_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_f77_callback, only: f77_potential_t, f77_torque_t
+   use nutate_f77_callback, only: f77_call_t, f77_potential_t, f77_torque_t
    use nutate_f77_interfaces, only: f77_potential, f77_torque
    use nutate_f77_work, only: AT_CALL, AT_DT, AT_FIRST_TIME, AT_MARK, AT_P_COMPENSATION, &
       AT_Q_COMPENSATION, AT_STEPS, continues, count_memory, get_memory, get_setup, has_setup, place_at, settings_of, &
@@ -50,6 +50,8 @@ module nutate_f77_prepared
       real(wp) :: mark = 0.0_wp, call = 0.0_wp
       !> Status of the steps: success between two calls.
       type(status_t) :: status
+      !> Callbacks and user data of the present call.
+      type(f77_call_t) :: now
       !> Flag, 1 if a callback has returned a number that is not finite or exceeds 1e100.
       integer :: failed = 0
       !> True while a call uses the body: a call inside a callback needs another one. True if the body is in no cache.
@@ -279,6 +281,7 @@ contains
       real(wp), intent(in), target :: work(*)
       type(f77_body_t), pointer :: body
       type(status_t) :: status
+      type(f77_call_t), pointer :: now
       integer, pointer :: failed
       integer :: used
       allocate (body)
@@ -288,7 +291,8 @@ contains
       body%mark = new_mark()
       body%system%body = body%setup%body
       failed => body%failed
-      call build_effects(body%setup, failed, body%system%effects)
+      now => body%now
+      call build_effects(body%setup, now, failed, body%system%effects)
       call make_stepper(body%system, settings_of(body%setup), body%stepper, status)
       allocate (body%fresh(count_memory(work)))
       used = 0
@@ -296,8 +300,10 @@ contains
    end function new_body
 
    !> Builds the effects of a set-up: gravity, POT, damping, TOR, in this order, without those that are zero.
-   subroutine build_effects(setup, failed, effects)
+   subroutine build_effects(setup, now, failed, effects)
       type(setup_t), intent(in) :: setup
+      !> Callbacks of the present call.
+      type(f77_call_t), pointer, intent(in) :: now
       !> Flag, set to 1 when a callback returns a number that is not finite or exceeds 1e100.
       integer, pointer, intent(in) :: failed
       type(effect_list_t), intent(inout) :: effects
@@ -314,6 +320,7 @@ contains
       end if
       if (mod(setup%callbacks, 2) == 1) then
          potential%direction = setup%direction
+         potential%now => now
          potential%failure%noted => failed
          potential%given = setup%potential_bounds
          call effects%add(potential)
@@ -323,6 +330,7 @@ contains
          call effects%add(damping)
       end if
       if (setup%callbacks < 2) return
+      torque%now => now
       torque%failure%noted => failed
       torque%given = setup%torque_bounds
       call effects%add(torque)
@@ -335,36 +343,28 @@ contains
       self%failed = 0
    end subroutine start_again
 
-   !> Sets POT of a call in the last potential, if POT is in use.
+   !> Sets POT of a call.
    subroutine set_potential(self, pot, iuser, ruser)
       class(f77_body_t), intent(inout) :: self
       procedure(f77_potential) :: pot
       !> User data, passed to POT.
       integer, intent(in), target :: iuser(*)
       real(wp), intent(in), target :: ruser(*)
-      if (mod(self%setup%callbacks, 2) == 0) return
-      select type (item => self%system%effects%potentials(self%system%effects%n_potentials)%item)
-      type is (f77_potential_t)
-         item%ask => pot
-         item%iuser => iuser(1:1)
-         item%ruser => ruser(1:1)
-      end select
+      self%now%pot => pot
+      self%now%iuser => iuser(1:1)
+      self%now%ruser => ruser(1:1)
    end subroutine set_potential
 
-   !> Sets TOR of a call in the last torque, if TOR is in use.
+   !> Sets TOR of a call.
    subroutine set_torque(self, tor, iuser, ruser)
       class(f77_body_t), intent(inout) :: self
       procedure(f77_torque) :: tor
       !> User data, passed to TOR.
       integer, intent(in), target :: iuser(*)
       real(wp), intent(in), target :: ruser(*)
-      if (self%setup%callbacks < 2) return
-      select type (item => self%system%effects%torques(self%system%effects%n_torques)%item)
-      type is (f77_torque_t)
-         item%ask => tor
-         item%iuser => iuser(1:1)
-         item%ruser => ruser(1:1)
-      end select
+      self%now%tor => tor
+      self%now%iuser => iuser(1:1)
+      self%now%ruser => ruser(1:1)
    end subroutine set_torque
 
 end module nutate_f77_prepared
