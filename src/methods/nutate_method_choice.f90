@@ -203,7 +203,7 @@ contains
       real(wp) :: latest
       latest = max(abs(state%t), abs(state%t + duration))
       rounds_times = (system%effects%n_torques > 0 .or. system%effects%depends_on_time) .and. &
-                     spacing(latest) > rounded*accuracy*abs(duration)
+                     spacing(latest) > rounded*accuracy*abs(duration) .and. abs(duration) > 0.0_wp
    end function rounds_times
 
    !> True where fixed steps by rk8 cost less than the series.
