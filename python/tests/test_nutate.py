@@ -585,6 +585,21 @@ class MisuseTest(unittest.TestCase):
         with self.assertRaisesRegex(nutate.NutateValueError, "masked values"):
             nutate.Bodies(free).step(0.1, np.eye(4)[:1].copy(), np.ma.masked_array(np.ones((1, 3)), mask=True), np.ones((1, 3)))
 
+    def test_an_attitude_that_the_steps_left_out_is_not_shown(self):
+        scene = nutate.Scene(text="&body inertia = 1, 2, 2.5 / &initial angular_velocity = 1, 2, 3 /\n"
+                             "&integrator time_step = 0.01, end_time = 10 / &output columns = 'angular_velocity' /\n")
+        stepper = nutate.Stepper(scene)
+        stepper.run(100)
+        uses = ((stepper.set_columns, ("quaternion",), {}), (stepper.add_event, ("q1",), {"crosses": 0.1}), (stepper.set, (), {"accuracy": 1e-6}),
+                (getattr, (stepper, "quaternion"), {}), (getattr, (stepper, "angular_momentum_space"), {}))
+        self.refuse(nutate.NutateError, "nearest: order", stepper.set, ordr=4)
+        for use, arguments, keys in uses:
+            self.refuse(nutate.NutateValueError, "the steps leave out the attitude", use, *arguments, **keys)
+        stepper.set_state(*scene.initial)
+        stepper.set_columns("quaternion")
+        stepper.run(100)
+        np.testing.assert_allclose(stepper.angular_momentum_space, (1, 4, 7.5), rtol=1e-13)
+
     def test_settings_that_do_not_fit_together(self):
         stepper = make_box()
         stepper.set(method="rk4", formulation="full")

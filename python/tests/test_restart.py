@@ -108,6 +108,31 @@ class RestartTest(unittest.TestCase):
         self.assertGreater(len(found), 5)
         self.assertEqual([(event.name, event.number, event.t) for event in twin.events], found)
 
+    def test_a_stepper_that_chooses_its_method_can_be_saved_at_any_time(self):
+        for goal, group in ((goal, group) for goal in ("accuracy = 1e-6", "local_tolerance = 1e-6") for group in ("", "&chaos /")):
+            text = ("&body inertia = 1, 2, 2.5 / &torque space = 0.1, 0.2, 0.3 / &initial angular_velocity = 1, 2, 3 /\n"
+                    f"&integrator {goal}, end_time = 1 /\n")
+            scene, key = nutate.Scene(text=text + group), goal.split(" ")[0]
+            for source in (scene, nutate.System(scene=scene)):
+                for runs in range(3):
+                    stepper = nutate.Stepper(source, **({} if source is scene else {key: 1e-6}))
+                    stepper.set_state(*scene.initial)
+                    if group and source is not scene:
+                        stepper.follow_chaos(scene)
+                    for k in range(runs):
+                        stepper.run_to(0.2 * (k + 1))
+                    twin = pickle.loads(pickle.dumps(stepper))
+                    np.testing.assert_array_equal(twin.run_to(0.9)["q1"], stepper.run_to(0.9)["q1"])
+
+    def test_steps_in_other_axes_are_saved(self):
+        scene = nutate.Scene(text="&body inertia = 1, 2, 2.5 / &orbit semi_major_axis = 1, mu = 1, frame = 'lvlh' / &gravity_gradient /\n"
+                             "&initial angular_velocity = 1, 2, 3 / &integrator time_step = 0.01, end_time = 1 /\n"
+                             "&free key = 'orbit.mu' / &output columns = 'quaternion', 'sensitivities' /\n")
+        stepper = nutate.Stepper(scene)
+        stepper.run(5)
+        twin = pickle.loads(pickle.dumps(stepper))
+        np.testing.assert_array_equal(twin.run(5)["q1"], stepper.run(5)["q1"])
+
     def test_bytes_of_other_events_are_refused(self):
         stepper = make_stepper("rk4")
         stepper.run(10)

@@ -8,7 +8,9 @@ module nutate_c_copies
    use nutate_c_polls, only: poll_t
    use nutate_c_quantity, only: c_event_t
    use nutate_c_settings, only: prepare
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_kinds, only: long
+   use nutate_method_choice, only: AUTOMATIC_METHOD
    use nutate_methods, only: make_stepper, stepper_t
    use nutate_progress, only: start_run, transfer_progress
    use nutate_run_plan, only: run_plan_t
@@ -187,11 +189,11 @@ contains
       character(len=:), allocatable :: text
       character(len=200) :: line
       associate (given => handle%run%requested, plan => handle%plan)
-         write (line, '(2(a,1x),3(i0,1x),2(l1,1x),5(z16,1x))') &
+         write (line, '(2(a,1x),3(i0,1x),2(l1,1x),6(z16,1x))') &
             trim(given%method), trim(given%formulation), given%order, given%series_order, given%max_iterations, &
             given%conserve, given%projection, &
-            transfer([given%inverse_auxiliary_inertia, given%tolerance, plan%time_step, plan%goal%accuracy, &
-                      plan%goal%local_tolerance], [0_long])
+            transfer([given%inverse_auxiliary_inertia, given%tolerance, given%max_step, plan%time_step, &
+                      plan%goal%accuracy, plan%goal%local_tolerance], [0_long])
       end associate
       text = trim(line)
    end function settings_of
@@ -215,11 +217,14 @@ contains
          call archive%transfer(settings%series_order)
          call archive%transfer(settings%conserve)
          call archive%transfer(settings%attitude)
+         call archive%transfer(settings%in_space_axes)
          if (.not. archive%is_whole()) return
          if (archive%is_reading()) then
             settings%method = method
             settings%formulation = formulation
             run%summary%choice = choice
+            ! A stepper that has done nothing yet has not chosen its method.
+            if (method == AUTOMATIC_METHOD) return
             call make_stepper(handle%system, settings, run%stepper, status)
             if (status%ok() .and. run%keeps_dense_output) call run%stepper%keep_steps()
          end if
@@ -232,6 +237,7 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
+      type(integrator_settings_t) :: settings
       type(run_plan_t) :: plan
       type(state_t) :: state
       logical :: has_events
@@ -250,7 +256,9 @@ contains
       if (archive%is_reading()) then
          if (.not. archive%is_whole()) return
          state = handle%run%state
+         settings = handle%run%summary%settings
          call start_run(handle%run%progress_t, handle%system%effects, state, plan, status)
+         handle%run%summary%settings = settings
          if (has_events .and. status%ok()) then
             allocate (handle%run%events)
             call handle%run%events%begin(handle%events, handle%system, state, status)

@@ -3,14 +3,15 @@ module nutate_c_events
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_funptr, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_groups, only: parse_events, parse_table_keys
    use nutate_c_handles, only: found, history_handle_t, system_handle_t
-   use nutate_c_stepper_handle, only: conclude, found, null_argument, stepper_handle_t, unprepare
+   use nutate_c_stepper_handle, only: conclude, found, lacks_attitude, left_out, null_argument, stepper_handle_t, &
+      unprepare
    use nutate_c_quantity, only: c_event_t
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_event, only: event_t
    use nutate_event_tracker, only: event_tracker_t
    use nutate_event_list, only: event_list_t
    use nutate_spelling, only: count_text
-   use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
    use nutate_tabulated_torque, only: tabulated_torque_t
    implicit none
    private
@@ -144,6 +145,8 @@ contains
       call parse_events(text, with_columns, handle%system%effects, handle%plan%goal%accuracy, events, status, &
                         handle%text)
       call unlock_texts()
+      if (status%ok() .and. lacks_attitude(handle)) &
+         status = fail(NUTATE_BAD_ARGUMENT, left_out//' (expected events before the first step, or a new state)', 'groups')
    end subroutine read_events
 
    !> Copies the options of an event: all but its quantity.

@@ -3,7 +3,8 @@ module nutate_c_reading
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat
    use nutate_c_effects, only: add_failure
-   use nutate_c_stepper_handle, only: conclude, found, get_propagated, null_argument, stepper_handle_t, unprepare
+   use nutate_c_stepper_handle, only: conclude, found, get_propagated, lacks_attitude, left_out, null_argument, &
+      stepper_handle_t, unprepare
    use nutate_c_rows, only: present_record
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
@@ -257,8 +258,12 @@ contains
       integer(c_int), intent(out) :: code
       if (.not. found(stepper, handle, code)) return
       code = NUTATE_OK
-      if (needs_attitude .and. .not. handle%run%summary%settings%attitude) code = NUTATE_BAD_ARGUMENT
-      if (.not. complete) code = NUTATE_BAD_ARGUMENT
+      if (.not. complete) then
+         code = conclude(handle, null_argument('an argument'))
+      else if (needs_attitude .and. .not. handle%run%summary%settings%attitude) then
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, left_out//', which no column shows (expected a column '// &
+                                      'such as quaternion before the first step)'))
+      end if
    end subroutine find_readable
 
    !> Selects the sets of columns. Errors: those of `choose` of the columns, those of callbacks; `NUTATE_BAD_ARGUMENT`
@@ -281,6 +286,9 @@ contains
       if (status%ok() .and. shows_derivatives(chosen) .and. .not. allocated(handle%variations)) &
          status = fail(NUTATE_BAD_ARGUMENT, 'nothing says by what runs differentiate (expected '// &
                        'nutate_stepper_differentiate)', 'sets')
+      if (status%ok() .and. need_attitude(chosen) .and. lacks_attitude(handle)) &
+         status = fail(NUTATE_BAD_ARGUMENT, left_out//' (expected these columns before the first step, or a new '// &
+                       'state)', 'sets')
       if (.not. status%ok()) return
       handle%failure = 0
       call columns%start(handle%system, handle%first%state(), handle%run%requested%inverse_auxiliary_inertia, &

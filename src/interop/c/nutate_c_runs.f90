@@ -9,6 +9,7 @@ module nutate_c_runs
    use nutate_c_settings, only: prepare_if_needed
    use nutate_c_stepping, only: test_step
    use nutate_control, only: free_senses, needs_control
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, is_moderate
    use nutate_method_choice, only: choose_with_tangent
@@ -136,6 +137,7 @@ contains
       type(run_plan_t), intent(in) :: plan
       type(row_receiver_t), intent(inout) :: receiver
       type(status_t), intent(inout) :: status
+      type(integrator_settings_t) :: requested
       logical :: is_watched
       receiver%handle => handle
       receiver%observes_every_step = handle%columns%follows_steps
@@ -155,6 +157,7 @@ contains
          return
       end if
       is_watched = allocated(handle%run%events)
+      requested = handle%run%requested
       if (allocated(handle%chaos) .and. plan%goal%active()) call choose_with_tangent(.true., handle%run%requested)
       call handle%run%set_plan(handle%system, plan, status)
       if (status%ok() .and. .not. is_watched) call handle%run%set_events(handle%events, handle%system, status)
@@ -162,6 +165,8 @@ contains
       if (status%ok()) call propagate_along(handle, status)
       if (status%ok()) call handle%run%run_to_end(handle%system, status, receiver)
       call put_down(handle)
+      ! Later runs may follow no chaos.
+      if (allocated(handle%chaos)) handle%run%requested = requested
       call add_failure(handle%failure, status)
       if (allocated(handle%run%events)) call copy_effects(handle)
       if (allocated(handle%inside)) deallocate (handle%inside)

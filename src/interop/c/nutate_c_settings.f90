@@ -1,7 +1,7 @@
 !> Settings of a C program's stepper: the keys of `&integrator`, one by one, and the method for them.
 module nutate_c_settings
    use nutate_c_effects, only: add_failure
-   use nutate_c_stepper_handle, only: stepper_handle_t, unprepare
+   use nutate_c_stepper_handle, only: lacks_attitude, left_out, stepper_handle_t, unprepare
    use nutate_c_text, only: lock_texts, unlock_texts
    use nutate_method_choice, only: choose_settings
    use nutate_columns, only: need_attitude
@@ -82,6 +82,10 @@ contains
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text, key)
          handle%text = error%text
+         return
+      end if
+      if (key == 'accuracy' .and. lacks_attitude(handle)) then
+         status = fail(NUTATE_BAD_ARGUMENT, left_out//' (expected accuracy before the first step, or a new state)', key)
          return
       end if
       handle%group = group

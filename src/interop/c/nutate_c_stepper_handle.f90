@@ -22,9 +22,12 @@ module nutate_c_stepper_handle
    implicit none
    private
 
-   public :: stepper_handle_t, unprepare, get_propagated, set_propagated, set_chaos
+   public :: stepper_handle_t, lacks_attitude, left_out, unprepare, get_propagated, set_propagated, set_chaos
    !> Procedures that all functions with a stepper need.
    public :: conclude, found, is_taken, null_argument, open_slot, report, STEPPER_MARK
+
+   !> Message about an attitude that is not known.
+   character(len=*), parameter :: left_out = 'the steps leave out the attitude'
 
    !> State as it was set, without the components that steps add to a `state_t`: it needs a fifth of the memory.
    type, private :: start_t
@@ -117,6 +120,12 @@ contains
       state%p = self%p
       state%wheel_momentum = self%wheel_momentum
    end function state_of_start
+
+   !> Returns true if steps since the state was set have left out the attitude, so that it is not known.
+   pure logical function lacks_attitude(handle)
+      type(stepper_handle_t), intent(in) :: handle
+      lacks_attitude = .not. handle%run%requested%attitude .and. abs(handle%run%state%t - handle%first%t) > 0.0_wp
+   end function lacks_attitude
 
    !> Returns the quantities that the runs of a stepper propagate.
    subroutine get_propagated(handle, propagated)
