@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import difflib
 import importlib
 import os
 import signal
@@ -125,6 +126,20 @@ SIGNATURES: list[tuple[tuple[Any, ...], str]] = [
     ((Handle, Doubles, Doubles, Size, Doubles, Doubles, Doubles), "exact_free_body"),
 ]
 NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, BAD_ARGUMENT, BAD_BODY, BAD_SCENE, IO, STEP_LIMIT, BAD_HANDLE = range(1, 11)
+
+
+class KnownAttributes:
+    """Rejects values for public attributes that the class does not have, such as misspelt ones. Classes that a program derives may add
+    some."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        kind = type(self)
+        if name[0] != "_" and name not in vars(self) and kind.__module__.partition(".")[0] == __package__:
+            known = {key for each in kind.__mro__ for key in (*vars(each), *getattr(each, "__annotations__", ())) if key[0] != "_"}
+            if name not in known:
+                nearest = "".join(f"; nearest: {key}" for key in difflib.get_close_matches(name, sorted(known), n=1))
+                raise AttributeError(f"a {kind.__name__} has no attribute {name!r} (expected one of {', '.join(sorted(known))}{nearest})")
+        super().__setattr__(name, value)
 
 
 class NutateError(Exception):

@@ -14,14 +14,14 @@ from typing import Any, Callable, Dict, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, BAD_HANDLE, HessianCallback, NutateValueError, PotentialCallback, QuantityCallback, TorqueCallback, check, doubles,
+from ._library import (Array, BAD_HANDLE, HessianCallback, KnownAttributes, NutateValueError, PotentialCallback, QuantityCallback, TorqueCallback, check, doubles,
                        interruptible, library, pointer, raise_interrupt, refusal, text_of, vector)
 
 # Memory of callbacks that is known by its address, at most.
 MOST_VIEWS = 4096
 
 
-class Owner:
+class Owner(KnownAttributes):
     """Something with a handle that is freed with it, and with callbacks that must live as long."""
 
     _destroy = ""

@@ -16,7 +16,7 @@ from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._library import Array, NutateValueError, Textual, refusal
+from ._library import Array, KnownAttributes, NutateValueError, Textual, refusal
 from .events import History
 from .pictures import colour, symbol
 from .scenes import Scene
@@ -77,7 +77,7 @@ canvas {{ position: absolute; width: 100%; height: 100%; }}
 """
 
 
-class Page:
+class Page(KnownAttributes):
     """Web page that shows a motion, as `nutate.view` makes it; a notebook displays it in its cell.
 
     Examples

@@ -7,7 +7,7 @@ from typing import Any, Iterable, NamedTuple, Optional, Union
 
 import numpy as np
 
-from ._library import Array, check, library, pointer, warn
+from ._library import Array, KnownAttributes, check, library, pointer, warn
 
 NAME_SIZE = 32
 
@@ -35,7 +35,7 @@ class Event(NamedTuple):
     """Angular velocity, body axes, rad/s; shape (3,)."""
 
 
-class History(dict):  # type: ignore[type-arg]
+class History(KnownAttributes, dict):  # type: ignore[type-arg]
     """Rows of a run: a dictionary of arrays, one for each column; `history["t"]` has the times, s.
 
     Examples

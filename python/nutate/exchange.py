@@ -140,10 +140,20 @@ class AttitudeRows(Columns):
     [0.0, 0.0, 0.5]
     """
 
+    q: Array
+    omega: Optional[Array]
+    segment: npt.NDArray[np.int64]
+    epoch: str
+    time_system: str
+    object: str
+    object_id: str
+    space_frame: str
+    body_frame: str
+
     def __init__(self, columns: dict[str, Array], labels: dict[str, str]) -> None:
         super().__init__(columns)
         self.q = stacked(columns, "q", range(4))
-        self.omega: Optional[Array] = stacked(columns, "omega", range(1, 4)) if "omega1" in columns else None
+        self.omega = stacked(columns, "omega", range(1, 4)) if "omega1" in columns else None
         self.segment = columns.get("segment", np.ones(len(self.q))).astype(int)
         self.epoch, self.time_system, self.object, self.object_id, self.space_frame, self.body_frame = (
             labels.get(key, "") for key in LABELS)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, answer, interruptible, library, pointer, text_of, vector
+from ._library import Array, KnownAttributes, answer, interruptible, library, pointer, text_of, vector
 from .sweeps import SceneOrPath, with_table
 
 
@@ -52,7 +52,7 @@ class FitResult:
     cov: Array
 
 
-class FitProblem:
+class FitProblem(KnownAttributes):
     """Residuals of a scene as functions of its n parameters, for other optimisers and samplers.
 
     The parameters `x` are those of &free, then the biases. An attitude is a rotation vector from the attitude of the scene, body

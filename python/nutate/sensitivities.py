@@ -8,7 +8,7 @@ from typing import Any, Callable, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, doubles, refusal
+from ._library import Array, KnownAttributes, doubles, refusal
 from ._owners import make_again
 from .scenes import Scene
 from .systems import System, group, tensor_entries
@@ -17,7 +17,7 @@ from .systems import System, group, tensor_entries
 NOT_IN_A_TEXT = {"_add_table": "a table", "_add_wheel": "the motor table of a wheel"}
 
 
-class Sensitivity:
+class Sensitivity(KnownAttributes):
     """Derivatives of a motion with respect to k parameters, at any time: `sensitivity` of a Solution.
 
     A call inside a step repeats this step, as `Motion` does. A solution without dense output has only the times of its rows.

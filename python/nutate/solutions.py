@@ -11,7 +11,7 @@ from typing import Any, Callable, Iterator, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, doubles, encoded,
+from ._library import (Array, KnownAttributes, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, doubles, encoded,
                        quaternion, refusal, vector)
 from .events import Event as Happened
 from .events import History
@@ -32,7 +32,7 @@ ESTIMATING = ("dop853", "taylor", "exact")
 Event = Callable[[float, Array, Array], float]
 
 
-class Motion:
+class Motion(KnownAttributes):
     """Dense output of a motion: attitude and angular velocity at any time.
 
     A call repeats the step that contains the time and evaluates the dense output of the method, which is as accurate as
@@ -240,27 +240,46 @@ class Solution(Exchange):
     """
 
     _sol: Optional[Motion]
+    status: int
+    message: str
+    method: str
+    n_steps: Optional[int]
+    uncertified_steps: int
+    errors: dict[str, float]
+    accuracy_reached: Optional[bool]
+    t_events: list[Array]
+    q_events: list[Array]
+    omega_events: list[Array]
+    sensitivity: Optional[Sensitivity]
+    free: tuple[str, ...]
+    exponents: Optional[Array]
+    megno: Optional[float]
+    fli: Optional[float]
+    events: list[Happened]
+    q: Array
+    omega: Array
+    energy: dict[str, Array]
 
     def __init__(self, columns: dict[str, Array], sol: Optional[Motion], **facts: Any) -> None:
         super().__init__(columns)
         self._sol = sol
-        self.status: int = facts["status"]
-        self.message: str = facts["message"]
-        self.method: str = facts["method"]
-        self.n_steps: Optional[int] = facts["n_steps"]
-        self.uncertified_steps: int = facts["uncertified_steps"]
-        self.errors: dict[str, float] = facts["errors"]
-        self.accuracy_reached: Optional[bool] = facts["accuracy_reached"]
-        self.t_events: list[Array] = facts["t_events"]
-        self.q_events: list[Array] = facts["q_events"]
-        self.omega_events: list[Array] = facts["omega_events"]
-        self.system: System = facts["system"]
-        self.sensitivity: Optional[Sensitivity] = facts.get("sensitivity")
-        self.free: tuple[str, ...] = self.sensitivity.names if self.sensitivity is not None else ()
-        self.exponents: Optional[Array] = facts["exponents"]
-        self.megno: Optional[float] = facts["megno"]
-        self.fli: Optional[float] = facts["fli"]
-        self.events: list[Happened] = facts["events"]
+        self.status = facts["status"]
+        self.message = facts["message"]
+        self.method = facts["method"]
+        self.n_steps = facts["n_steps"]
+        self.uncertified_steps = facts["uncertified_steps"]
+        self.errors = facts["errors"]
+        self.accuracy_reached = facts["accuracy_reached"]
+        self.t_events = facts["t_events"]
+        self.q_events = facts["q_events"]
+        self.omega_events = facts["omega_events"]
+        self.system = facts["system"]
+        self.sensitivity = facts.get("sensitivity")
+        self.free = self.sensitivity.names if self.sensitivity is not None else ()
+        self.exponents = facts["exponents"]
+        self.megno = facts["megno"]
+        self.fli = facts["fli"]
+        self.events = facts["events"]
         self._labels = facts["labels"]
         self.q = stacked(columns, "q", range(4))
         self.omega = stacked(columns, "omega", range(1, 4))

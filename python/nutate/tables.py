@@ -8,7 +8,7 @@ from typing import Any, Iterator, Mapping, Union
 
 import numpy as np
 
-from ._library import Array
+from ._library import Array, KnownAttributes
 from ._units import UNITS
 
 # Columns that are components of one quantity: its name and its axis.
@@ -31,8 +31,11 @@ def stacked(columns: Mapping[str, Array], name: str, numbers: Any) -> Array:
     return np.stack([columns[f"{name}{i}"] for i in numbers], axis=-1)
 
 
-class Columns(Mapping[str, Array]):
+class Columns(KnownAttributes, Mapping[str, Array]):
     """Mapping of column names to arrays; the first is "t"."""
+
+    columns: dict[str, Array]
+    t: Array
 
     def __init__(self, columns: Mapping[str, Array]) -> None:
         self.columns = dict(columns)

@@ -92,6 +92,27 @@ class OwnersTest(unittest.TestCase):
                 value = getattr(kind, attribute)
                 self.assertTrue(attribute.startswith("_") or callable(value) or isinstance(value, property), f"{name}.{attribute}")
 
+    def test_unknown_attributes_are_refused_with_a_near_name(self):
+        system, scene = nutate.System(moments=(1, 2, 2.5)), nutate.Scene(BOX, "integrator.end_time=0.1")
+        solution, history = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), free="initial.angular_velocity"), scene.run()
+        things = (system, scene, nutate.Stepper(system), nutate.Bodies(system), solution, solution.sol, solution.sensitivity, history,
+                  nutate.view(scene), nutate.FitProblem(os.path.join(os.path.dirname(BOX), "thrown_phone.nml")), history.events,
+                  nutate.equilibria(os.path.join(os.path.dirname(BOX), "earth_pointing.nml"))[0])
+        for thing in things:
+            for name in ("moments", "accurracy"):
+                with self.assertRaises(AttributeError):
+                    setattr(thing, name, 1)
+        for thing, name, nearest in ((system, "inertias", "inertia"), (things[2], "quaternio", "quaternion"), (solution, "omga", "omega")):
+            with self.assertRaisesRegex(AttributeError, f"^a {type(thing).__name__} has no attribute '{name}' .*; nearest: {nearest}\\)$"):
+                setattr(thing, name, 1)
+        # What is documented, what a program derives, and copies.
+        solution.message, history.events = "none", []
+        class Labelled(nutate.System):
+            pass
+        labelled = Labelled(moments=(1, 2, 2.5))
+        labelled.label = "box"
+        self.assertEqual((copy.copy(labelled).label, pickle.loads(pickle.dumps(history)).events), ("box", []))
+
     def test_messages_are_whole_and_speak_of_python(self):
         system = nutate.System(moments=(1, 2, 2.5))
         with self.assertRaises(nutate.NutateValueError) as caught:
