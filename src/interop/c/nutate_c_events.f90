@@ -146,7 +146,8 @@ contains
                         handle%text)
       call unlock_texts()
       if (status%ok() .and. lacks_attitude(handle)) &
-         status = fail(NUTATE_BAD_ARGUMENT, left_out//' (expected events before the first step, or a new state)', 'groups')
+         status = fail(NUTATE_BAD_ARGUMENT, left_out//' (expected events before the first step, or a new '// &
+                       'state)', 'groups')
    end subroutine read_events
 
    !> Copies the options of an event: all but its quantity.
