@@ -63,6 +63,18 @@ class InsideTest(unittest.TestCase):
         with self.assertRaisesRegex(nutate.NutateValueError, "not inside a step that was kept"):
             fixed.state_at(5.0)
 
+    def test_a_step_before_a_switch_cannot_be_repeated(self):
+        for method in ("nielsen_krenk", "rk4", "rk8", "dop853", "taylor"):
+            for steps in ({"time_step": 0.05}, {"local_tolerance": 1e-8}):
+                stepper = nutate.Stepper(nutate.System(text="&body inertia = 3, 4, 5 / &torque name = 'x', space = 3, 2, 1 /"), method=method, **steps)
+                stepper.set_state(q=(1, 0, 0, 0), omega=(1, 0.2, -0.7))
+                stepper.add_event("q1", crosses=0.2, switch="x off")
+                stepper.add_event("q1", "end", crosses=0.2, stop=True)
+                stepper.keep_steps()
+                stepper.run_to(2.0)
+                with self.assertRaisesRegex(nutate.NutateValueError, "not inside a step that was kept"):
+                    stepper.state_at(stepper.time - 0.005)
+
     def test_events_of_a_scene_end_its_run(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "flip.nml")

@@ -256,6 +256,13 @@ class SatellitesTest(unittest.TestCase):
             with self.assertRaises(nutate.NutateValueError):
                 wrong()
 
+    def test_motors_that_start_a_body_from_rest_leave_steps_long(self):
+        system = nutate.System(moments=(4, 4, 2.5))
+        system.add("inner_sphere", inertia=0.5, damping=0.3)
+        system.add_wheel(axis=(0, 0, 1), inertia=0.1, torque=0.2)
+        solution = nutate.solve(system, omega0=(0, 0, 0), t_span=(0, 0.3), accuracy=None, method="nielsen_krenk", order=2, local_tolerance=1e-7)
+        self.assertLess(solution.n_steps, 20)
+
 
 if __name__ == "__main__":
     unittest.main()

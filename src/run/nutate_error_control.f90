@@ -51,7 +51,9 @@ module nutate_error_control
       !> States before the last step and at the end of the step tried, except for the time, and the works, J.
       type(state_t) :: start, next
       type(run_record_t) :: before
-      !> Largest |L| seen, kg m²/s.
+      !> The last step can be repeated: nothing has been switched or set since.
+      logical :: repeatable = .false.
+      !> Largest |L| or momentum of a wheel or an inner sphere seen, kg m²/s.
       real(wp) :: momentum_scale = 0.0_wp
       !> Longest step of the settings, s.
       real(wp) :: max_step = huge(1.0_wp)

@@ -48,9 +48,9 @@ contains
       self%t_compensation = 0.0_wp
       self%noise = noise_t()
       self%probed = .false.
-      call self%start%copy_from(progress%state, system%effects%n_wheels, .true.)
+      self%repeatable = .false.
       self%sense = sign(1.0_wp, duration)
-      self%momentum_scale = length_of(body_momentum(progress%state))
+      self%momentum_scale = size_of_momentum(progress%state)
       rate = length_of(angular_velocity(system, progress%state))
       call self%length%set_up(self%method%order, self%method%estimate_power)
       self%length%next = first_part*abs(duration)
@@ -91,6 +91,7 @@ contains
       if (is_last .and. self%sense*((progress%state%t + self%sense*step) - t_end) > 0.0_wp) &
          step = nearest(abs(t_end - progress%state%t), -1.0_wp)
       call self%start%copy_from(progress%state, system%effects%n_wheels, .true.)
+      self%repeatable = .true.
       self%probed = .false.
       if (allocated(progress%record%works)) self%before = progress%record
       call put_works(progress%summary, self%before)
@@ -298,6 +299,13 @@ contains
       length_of = quat_norm([0.0_wp, v])
    end function length_of
 
+   !> Returns the largest of |L| and the momenta of wheels and inner spheres, kg m²/s: a motion that motors have started
+   !> from rest keeps L = 0, and round-off in its place has no size.
+   pure real(wp) function size_of_momentum(state)
+      type(state_t), intent(in) :: state
+      size_of_momentum = max(length_of(body_momentum(state)), maxval(abs(state%wheel_momentum)))
+   end function size_of_momentum
+
    !> Returns the error of the halves, rad: of the attitude, and of the momentum relative to its largest size. Changes
    !> by round-off of the energy are no part of it, since shorter steps would not make them smaller.
    real(wp) function estimate(self, once, moved)
@@ -307,7 +315,7 @@ contains
       !> Change of the states by their projections, rad.
       real(wp), intent(in) :: moved
       real(wp) :: change(3)
-      self%momentum_scale = max(self%momentum_scale, length_of(body_momentum(self%next)))
+      self%momentum_scale = max(self%momentum_scale, size_of_momentum(self%next))
       change = body_momentum(once) - body_momentum(self%next)
       estimate = attitude_distance(once%q, self%next%q)
       if (self%momentum_scale > 0.0_wp) estimate = max(estimate, length_of(change)/self%momentum_scale)
@@ -356,7 +364,8 @@ contains
    end procedure state_inside
 
    module procedure is_evaluable
-      is_evaluable = self%sense*(t - self%start%t) >= 0.0_wp .and. self%sense*(end_time - t) >= 0.0_wp .and. &
+      is_evaluable = self%repeatable .and. self%sense*(t - self%start%t) >= 0.0_wp .and. &
+                     self%sense*(end_time - t) >= 0.0_wp .and. &
                      (self%method%dense .or. self%equal%suit .or. allocated(self%branch))
    end procedure is_evaluable
 
@@ -423,6 +432,7 @@ contains
    end procedure propagate
 
    module procedure renew
+      self%repeatable = .false.
       call self%half%renew(system, status)
       if (allocated(self%whole) .and. status%ok()) call self%whole%renew(system, status)
       if (allocated(self%branch) .and. status%ok()) call self%branch%renew(system, status)
@@ -430,6 +440,7 @@ contains
    end procedure renew
 
    module procedure update_commands
+      self%repeatable = .false.
       call self%half%update_commands()
       if (allocated(self%whole)) call self%whole%update_commands()
       if (allocated(self%branch)) call self%branch%update_commands()
