@@ -132,13 +132,18 @@ class KnownAttributes:
     """Rejects values for public attributes that the class does not have, such as misspelt ones. Classes that a program derives may add
     some."""
 
+    _known: Optional[frozenset[str]] = None
+
+    def __init_subclass__(cls, **keys: Any) -> None:
+        super().__init_subclass__(**keys)
+        names = (key for each in cls.__mro__ for key in (*vars(each), *getattr(each, "__annotations__", ())))
+        cls._known = frozenset(key for key in names if key[0] != "_") if cls.__module__.partition(".")[0] == __package__ else None
+
     def __setattr__(self, name: str, value: Any) -> None:
-        kind = type(self)
-        if name[0] != "_" and name not in vars(self) and kind.__module__.partition(".")[0] == __package__:
-            known = {key for each in kind.__mro__ for key in (*vars(each), *getattr(each, "__annotations__", ())) if key[0] != "_"}
-            if name not in known:
-                nearest = "".join(f"; nearest: {key}" for key in difflib.get_close_matches(name, sorted(known), n=1))
-                raise AttributeError(f"a {kind.__name__} has no attribute {name!r} (expected one of {', '.join(sorted(known))}{nearest})")
+        known = self._known
+        if known is not None and name not in known and name[0] != "_":
+            nearest = "".join(f"; nearest: {key}" for key in difflib.get_close_matches(name, sorted(known), n=1))
+            raise AttributeError(f"a {type(self).__name__} has no attribute {name!r} (expected one of {', '.join(sorted(known))}{nearest})")
         super().__setattr__(name, value)
 
 

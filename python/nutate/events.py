@@ -62,7 +62,8 @@ class History(KnownAttributes, dict):  # type: ignore[type-arg]
 
     def __init__(self, columns: Union[dict[str, Array], Iterable[tuple[str, Array]]], events: list[Event]) -> None:
         dict.__init__(self, columns)
-        self.events = events
+        # Without the test of the name: a short run takes little longer.
+        self.__dict__["events"] = events
 
     def _take_accuracy(self, estimated_error: float, round_off: float, accuracy: float) -> None:
         """Stores the results of a run with an accuracy."""
