@@ -30,7 +30,8 @@ contains
                   new_unittest("goes backwards in time", goes_backwards), &
                   new_unittest("steps end where torques start and stop", steps_end_where_torques_do), &
                   new_unittest("units that are powers of two change no digit", powers_of_two), &
-                  new_unittest("what stands still stays", stands_still)]
+                  new_unittest("what stands still stays", stands_still), &
+                  new_unittest("quaternions keep their sign in steps beyond half a turn", quaternions_keep_signs)]
    end procedure collect_taylor
 
    !> Runs a problem, with trial runs where an accuracy is asked for.
@@ -270,6 +271,43 @@ contains
       call run(free_body(heavy*moments, strong*momentum), 10.0_wp*heavy/strong, goal, recorder, b, summary, status)
       call check_close(error, b%q, a%q, 0.0_wp, 'attitude')
    end subroutine powers_of_two
+
+   !> Rows lie so close that a quaternion turns by less than 0.4 rad from one to the next, steps by up to 5 rad.
+   subroutine quaternions_keep_signs(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(applied_torque_t) :: torque
+      type(problem_t) :: problem
+      integer :: k
+      do k = 0, 2
+         problem = free_body([3.0_wp, 3.05_wp, 3.1_wp], [9.0_wp, 9.15_wp, 9.3_wp]*merge(1, 0, k < 2))
+         torque%amplitude = [1e-3_wp, 0.0_wp, 0.0_wp]
+         if (k == 2) torque%amplitude = [2.0_wp, 3.0_wp, 1.0_wp]
+         call problem%system%effects%add(torque)
+         call check_signs(error, problem, 8.0_wp, merge(1e-9_wp, 1e-5_wp, k == 0))
+         if (allocated(error)) return
+      end do
+      call check_signs(error, bruls_top(), 0.2_wp, 1e-4_wp)
+   end subroutine quaternions_keep_signs
+
+   subroutine check_signs(error, problem, end_time, tolerance)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      !> s, rad.
+      real(wp), intent(in) :: end_time, tolerance
+      type(recorder_t) :: recorder
+      type(run_goal_t) :: goal
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      integer :: i
+      goal%local_tolerance = tolerance
+      call run(problem, end_time, goal, recorder, state, summary, status, interval=end_time/190)
+      call check(error, status%ok(), trim(status%message))
+      do i = 2, recorder%rows
+         if (allocated(error)) return
+         call check(error, dot_product(recorder%states(i)%q, recorder%states(i - 1)%q) > 0.9_wp, "the sign changes")
+      end do
+   end subroutine check_signs
 
    subroutine stands_still(error)
       type(error_type), allocatable, intent(out) :: error

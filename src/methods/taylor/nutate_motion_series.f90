@@ -4,7 +4,7 @@
 module nutate_motion_series
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp
-   use nutate_power_series, only: highest_order
+   use nutate_power_series, only: highest_order, inverses
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_row_series, only: row_series_t, steepest_growth
    use nutate_rows_avx2, only: expand_avx2 => expand_rows, multiply_avx2 => multiply_last, sum_avx2 => sum_rows, &
@@ -22,6 +22,9 @@ module nutate_motion_series
 
    !> The equations used: L and three rows; a free body; a free body, and a top, in the axial frame.
    integer, parameter :: ROWS = 1, FREE_BODY = 2, AXIAL_FREE = 3, AXIAL_TOP = 4
+
+   !> Estimate of a rotation, by three coefficients of its rate, up to which it is less than π, rad.
+   real(wp), parameter :: certain_turn = 2.6_wp
 
    !> Series of one step.
    type, extends(row_series_t) :: motion_series_t
@@ -48,6 +51,8 @@ module nutate_motion_series
       procedure :: evaluate
       !> Fits the tail.
       procedure :: fit_tail
+      !> Returns true if a rotation since the start needs the other sign.
+      procedure :: is_opposite
       !> Returns the largest rotation of the axes used that a step can follow.
       procedure :: largest_turn
    end type motion_series_t
@@ -203,6 +208,7 @@ contains
          end do
          if (self%equations == AXIAL_TOP) rows(:, 3) = cross(rows(:, 1), rows(:, 2))
          rotation = rotation_between(self%frame, rows)
+         if (self%is_opposite(s, rotation)) rotation = -rotation
          if (self%axial%axis == 0) return
          if (self%equations == AXIAL_TOP) then
             angle = s*self%angle(1)
@@ -241,6 +247,43 @@ contains
       about(2:4) = sin(0.5_wp*change(4))*axis
       rotation = quat_product(about, shortest)
    end subroutine evaluate_free
+
+   !> Returns true if a rotation since the start of the series needs the other sign to follow from the identity
+   !> continuously. The rows leave the sign open: from π on it is not that of the shortest rotation. Where the rotation
+   !> may be as large, it is compared with exp(½∫w dt), the first term of its Magnus series, which is right to far less
+   !> than the π between the two signs.
+   pure logical function is_opposite(self, s, rotation)
+      class(motion_series_t), intent(in) :: self
+      !> Time, in units; quaternion of the shortest rotation.
+      real(wp), intent(in) :: s, rotation(4)
+      real(wp) :: turn(3), angle
+      integer :: k
+      angle = s*(length_of(turn_term(self, 0)) + s*(length_of(turn_term(self, 1))/2 &
+                                                    + s*length_of(turn_term(self, 2))/3))
+      is_opposite = .false.
+      if (angle < certain_turn) return
+      turn = 0.0_wp
+      do k = self%order - 1, 0, -1
+         turn = s*(turn + inverses(k + 1)*turn_term(self, k))
+      end do
+      angle = length_of(turn)
+      if (angle > 0.0_wp) is_opposite = cos(0.5_wp*angle)*rotation(1) + &
+                                        (sin(0.5_wp*angle)/angle)*dot_product(turn, rotation(2:4)) < 0.0_wp
+   end function is_opposite
+
+   !> Returns coefficient k of the rate at which the rows rotate, times the unit of time; shape (3).
+   pure function turn_term(self, k) result(rate)
+      type(motion_series_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp) :: rate(3)
+      integer :: i
+      rate = self%omega(:, k)
+      if (self%axial%axis > 0) rate = (self%time_unit*self%axial%inverse_across)*self%lanes(1, :, k)
+      if (.not. self%frame_turns) return
+      do i = 1, 3
+         rate = rate - (self%time_unit*self%frame_rate(i))*self%lanes(1 + i, :, k)
+      end do
+   end function turn_term
 
    !> Returns the largest rotation of the axes used in a step, rad: rows determine a rotation up to its sign, which is
    !> lost at π. The rotation of a free body is an angle; in the axial frame there is a closed solution.

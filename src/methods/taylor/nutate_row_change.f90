@@ -11,6 +11,8 @@ module nutate_row_change
 
    public :: row_change_t, get_change, add_change
 
+   real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+
    !> The change of a state from the start of a series to a time.
    type :: row_change_t
       !> c - 1, with c the unit quaternion of the rotation: the attitude is that of the start times c; shape (4).
@@ -36,6 +38,7 @@ contains
          rows(:, i) = changes(1 + i, :)
       end do
       change%turn = turn_between(series%frame, rows)
+      if (series%is_opposite(s, identity + change%turn)) change%turn = -change%turn - 2*identity
    end subroutine get_change
 
    !> c - 1 of the rotation c with R(c) (fᵢ + dᵢ) = fᵢ: of 4c₁c, which is linear in Σ fᵢ(fᵢ + dᵢ)ᵀ, the vector follows d

@@ -424,8 +424,8 @@ contains
       call add_change(self%change, state)
    end subroutine apply_change
 
-   !> Computes the work of each torque, wheel and dependence on time from the start of the series to a time after it, and
-   !> adds their possible error to that of the step.
+   !> Computes the work of each torque, wheel and dependence on time from the start of the series to a time after it.
+   !> Adds their possible error to that of the step.
    subroutine get_works(self, system, time, state, work)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
