@@ -435,15 +435,15 @@ contains
       type(state_t), intent(inout) :: state
       !> J.
       real(wp), intent(inout) :: work(:)
-      real(wp) :: error
+      real(wp) :: of_time, error
       work = self%rates%work
       associate (torques => self%series%torques, n => size(self%acted))
          if (torques%n_lanes == 0) return
-         call torques%get_works(self%series%time_unit, time/self%series%time_unit, self%series%tail, error)
+         of_time = 0.0_wp
+         call torques%get_works(self%series%time_unit, time/self%series%time_unit, self%series%tail, work(1:n), &
+                                of_time, error)
          self%step_error%work = self%step_error%work + error
-         work(1:n) = torques%done(1:n)
-         if (torques%n_lanes > n) call book_time_dependent_work(self, system, time, torques%done(n + 1), state, &
-                                                                work(size(work)))
+         if (torques%n_lanes > n) call book_time_dependent_work(self, system, time, of_time, state, work(size(work)))
       end associate
    end subroutine get_works
 

@@ -82,8 +82,6 @@ module nutate_torque_series
       !> groups of lanes); series of their works ∫ Ω·τ dt in units of time, W, shape (lane, 0:highest_order, groups).
       integer :: n_lanes = 0
       real(wp), allocatable :: omega(:, :), torque(:, :, :, :), works(:, :, :)
-      !> Works up to the time for which they were last computed, J; shape (n_lanes).
-      real(wp), allocatable :: done(:)
       !> Absolute Ω, rad/s, if the inertia varies; shape (3, 0:highest_order).
       real(wp), allocatable, private :: absolute(:, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
@@ -196,9 +194,9 @@ contains
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%is_timed, self%timed, self%components, &
                                             self%gamma, self%columns, self%auxiliary, self%drag, self%omega, &
-                                            self%torque, self%works, self%done, self%drags, self%mover, self%moving, &
-                                            self%absolute)
+                                            self%torque, self%works, self%mover, self%moving, self%absolute)
       if (allocated(self%derivative)) deallocate (self%derivative)
+      if (allocated(self%drags)) deallocate (self%drags)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
       allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
@@ -241,8 +239,8 @@ contains
       if (self%has_more .or. self%n_lanes > 0) n = highest_order
       allocate (self%omega(3, 0:n), self%timed(3, 0:n), self%absolute(3, 0:merge(n, -1, self%varies)), source=0.0_wp)
       n = (self%n_lanes + lanes - 1)/lanes
-      allocate (self%torque(lanes, 3, 0:highest_order, n), self%works(lanes, 0:highest_order, n), &
-                self%drags(lanes, 3, 3, n), self%done(self%n_lanes), source=0.0_wp)
+      allocate (self%torque(lanes, 3, 0:highest_order, n), self%works(lanes, 0:highest_order, n), source=0.0_wp)
+      if (self%is_simple) allocate (self%drags(lanes, 3, 3, n), source=0.0_wp)
    end subroutine make_slots
 
    !> Marks the torques in space axes, and makes room for them.
@@ -667,12 +665,14 @@ contains
 
    !> Computes the works of all torques, and those of the dependence on time, from the start of the series to `s`: term
    !> by term, and the tail.
-   pure subroutine get_works(self, time_unit, s, tail, error)
-      class(torque_series_t), intent(inout) :: self
+   pure subroutine get_works(self, time_unit, s, tail, work, of_time, error)
+      class(torque_series_t), intent(in) :: self
       !> Unit of time, s, and time in it.
       real(wp), intent(in) :: time_unit, s
       !> Tail of the series of the motion.
       type(series_tail_t), intent(in) :: tail
+      !> Works of the torques, shape (number of torques), and of the dependence on time, J.
+      real(wp), intent(inout) :: work(:), of_time
       !> Possible truncation error of all works together, J.
       real(wp), intent(out) :: error
       real(wp) :: sums(lanes), off(lanes)
@@ -681,7 +681,11 @@ contains
       do group = 1, size(self%works, 3)
          call tail%sum_energies(self%order, s, self%works(:, :, group), sums, off)
          do i = 1 + lanes*(group - 1), min(lanes*group, self%n_lanes)
-            self%done(i) = time_unit*sums(1 + iand(i - 1, lanes - 1))
+            if (i <= size(work)) then
+               work(i) = time_unit*sums(1 + iand(i - 1, lanes - 1))
+            else
+               of_time = time_unit*sums(1 + iand(i - 1, lanes - 1))
+            end if
             error = error + abs(time_unit)*off(1 + iand(i - 1, lanes - 1))
          end do
       end do
