@@ -259,15 +259,15 @@ class System(UserEffects, WheelMounting):
         self._call("nutate_system_space_axes", times.size, pointer(times), pointer(q))
         return q if np.ndim(t) else q[0]
 
-    def add(self, name: str, **keys: Any) -> None:
+    def add(self, effect: str, /, **keys: Any) -> None:
         """Adds a built-in effect.
 
         Parameters
         ----------
-        name : str
+        effect : str
             Group of a scene file, such as "gravity" or "damping".
         **keys
-            Keys of this group.
+            Keys of this group; `name` is the name of the effect for switches.
 
         Raises
         ------
@@ -279,7 +279,7 @@ class System(UserEffects, WheelMounting):
         >>> body = nutate.System(moments=(1, 2, 2.5))
         >>> body.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)
         """
-        self._add_group(name, group(name, **keys))
+        self._add_group(effect, group(effect, **keys))
 
     def add_table(self, t: npt.ArrayLike, torque: npt.ArrayLike, *, interpolation: str = "linear", outside: str = "zero",
                   axes: str = "body", start: Optional[float] = None, stop: Optional[float] = None,

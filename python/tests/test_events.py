@@ -66,7 +66,9 @@ class InsideTest(unittest.TestCase):
     def test_a_step_before_a_switch_cannot_be_repeated(self):
         for method in ("nielsen_krenk", "rk4", "rk8", "dop853", "taylor"):
             for steps in ({"time_step": 0.05}, {"local_tolerance": 1e-8}):
-                stepper = nutate.Stepper(nutate.System(text="&body inertia = 3, 4, 5 / &torque name = 'x', space = 3, 2, 1 /"), method=method, **steps)
+                system = nutate.System(moments=(3, 4, 5))
+                system.add("torque", name="x", space=(3, 2, 1))
+                stepper = nutate.Stepper(system, method=method, **steps)
                 stepper.set_state(q=(1, 0, 0, 0), omega=(1, 0.2, -0.7))
                 stepper.add_event("q1", crosses=0.2, switch="x off")
                 stepper.add_event("q1", "end", crosses=0.2, stop=True)

@@ -105,7 +105,7 @@ class OwnersTest(unittest.TestCase):
         for thing, name, nearest in ((system, "inertias", "inertia"), (things[2], "quaternio", "quaternion"), (solution, "omga", "omega")):
             with self.assertRaisesRegex(AttributeError, f"^a {type(thing).__name__} has no attribute '{name}' .*; nearest: {nearest}\\)$"):
                 setattr(thing, name, 1)
-        # What is documented, what a program derives, and copies.
+        # Documented attributes can be set, and those of derived classes; copies keep them.
         solution.message, history.events = "none", []
         class Labelled(nutate.System):
             pass
