@@ -10,7 +10,7 @@ module nutate_scene_warnings
    use nutate_kinds, only: long, pi, wp
    use nutate_notes, only: add_note, note_t, scene_notes
    use nutate_orbital_effects, only: goes_by_orbit
-   use nutate_quantities, only: depends_on_orbit, find_quantity, quantities, set_of, AS_EVENT
+   use nutate_quantities, only: component_of, depends_on_orbit, quantities, set_of
    use nutate_scene, only: scene_t
    use nutate_spelling, only: count_text
    implicit none
@@ -132,7 +132,7 @@ contains
    !> Returns true if an effect, a controller, an initial state, events or measurements may refer to the orbit.
    pure logical function groups_use_orbit(scene) result(uses)
       type(scene_t), intent(in) :: scene
-      integer :: i, k
+      integer :: i, j, k
       uses = .false.
       do i = 1, size(scene%groups)
          associate (group => scene%groups(i))
@@ -142,7 +142,9 @@ contains
                       any(group%text('rate_from', '') == ['lvlh ', 'frame'])
             case ('event')
                do k = 1, group%count_of('when')
-                  uses = uses .or. depends_on_orbit(quantities(find_quantity(group%text_at('when', k), AS_EVENT)))
+                  uses = uses .or. any([(depends_on_orbit(quantities(j)) .and. &
+                                         component_of(quantities(j), group%text_at('when', k)) > 0, &
+                                         j=1, size(quantities))])
                end do
             case ('controller', 'measurement', 'frame')
                uses = .true.

@@ -160,7 +160,7 @@ class Check(CommandLineTest):
         self.assertEqual(self.notes("unused.nml", spin), unused)
         self.assertEqual(self.notes("fixed.nml", spin + "&gravity_gradient direction = 0, 0, 1, strength = 1e-6 /\n"), unused)
         for use in ("&gravity_gradient /\n", "&output columns = 'eclipse' /\n", "&output columns = 'lvlh_attitude' /\n",
-                    "&event when = 'orbit_radius', crosses = 7e6 /\n", "&earth_field moment = 0, 0, 1 /\n",
+                    "&event when = 'orbit_radius', crosses = 7e6 /\n", "&event when = 'roll', crosses = 0.1 /\n", "&earth_field moment = 0, 0, 1 /\n",
                     "&controller law = 'quaternion', attitude_gain = 1, rate_gain = 3 /\n"):
             with self.subTest(use):
                 text = spin.replace("500e3", "500e3, sun = 1, 0, 0") if "eclipse" in use else spin
