@@ -55,6 +55,23 @@ class Quantities(CommandLineTest):
             for event in events:
                 self.assertAlmostEqual(float(event[name]), level, delta=1e-9*max(abs(level), 1), msg=name)
 
+    def test_events_of_angles_pass_their_poles(self):
+        """A motion that starts at a pole, or beside it: angles jump there, and cross their levels as rows do."""
+        poles = [("roll", "1.0, 0.0, 0.0, 0.0"), ("yaw", "1.0, 0.0, 0.0, 0.0")]
+        poles += [(name, f"1.0, {tilt}, 0.0, 0.0") for name in ("phi", "psi") for tilt in (0.0, 1e-13, 1e-11, 1e-8)]
+        for name, q in poles:
+            columns = "'roll_pitch_yaw', 'euler', 'quaternion'"
+            text = (f"&body inertia = 2, 3, 4 /\n&initial quaternion = {q}, angular_velocity = 0.01, 0.02, 0.03 /\n"
+                    f"&orbit semi_major_axis = 7e6 /\n&integrator end_time = 100, time_step = 1 /\n&output columns = {columns} /\n")
+            for method in ("nielsen_krenk", "taylor"):
+                rows = self.rows_of(text.replace("time_step", f"method = '{method}', time_step")
+                                    + f"&event when = '{name}', crosses = 1.5 /\n")[1:]
+                values = [row[name] for row in rows]
+                crossings = sum(math.floor((a - 1.5)/math.tau) != math.floor((b - 1.5)/math.tau) and abs(a - b) < 3
+                                for a, b in zip(values, values[1:]))
+                events = [event for event in csv.DictReader(self.read("q.events.csv").splitlines()) if float(event["t"]) > 1]
+                self.assertEqual(len(events), crossings, (name, q, method))
+
     def test_roll_pitch_and_yaw_need_no_orbit(self):
         for frame in ("", "&rotating_frame rate = 0.2, -0.3, 0.5 /\n"):
             text = ("&body inertia = 5.0, 20.0, 17.0 /\n&initial quaternion = 0.8, 0.4, -0.4, 0.2, angular_velocity = 0.4, -0.3, 2.0"

@@ -211,7 +211,8 @@ contains
 
    !> Returns the rate of roll, pitch or yaw along the motion. With w the body's rate against the LVLH frame, or against
    !> the space axes: pitch' = w2 cos(roll) - w3 sin(roll), yaw' = (w2 sin(roll) + w3 cos(roll))/cos(pitch),
-   !> roll' = w1 + yaw' sin(pitch).
+   !> roll' = w1 + yaw' sin(pitch). Beside a pitch of 90°, where roll and yaw pass half a revolution in no time,
+   !> yaw' = 0.
    pure real(wp) function roll_pitch_yaw_rate(component, system, motion) result(x)
       integer, intent(in) :: component
       type(system_t), intent(in) :: system
@@ -222,7 +223,12 @@ contains
       if (system%effects%on_orbit) w = rate_in_lvlh(system, unit(motion%state%q), motion%omega, motion%state%t)
       x = w(2)*cos(angles(1)) - w(3)*sin(angles(1))
       if (component == PITCH) return
-      x = (w(2)*sin(angles(1)) + w(3)*cos(angles(1)))/max(cos(angles(2)), eps)
+      x = w(2)*sin(angles(1)) + w(3)*cos(angles(1))
+      if (is_beside_pole(x, cos(angles(2)), w)) then
+         x = 0.0_wp
+      else
+         x = x/cos(angles(2))
+      end if
       if (component == ROLL) x = w(1) + x*sin(angles(2))
    end function roll_pitch_yaw_rate
 
@@ -520,6 +526,15 @@ contains
       if (angle == PSI) x = psi_now
    end function euler_angle
 
+   !> Returns true beside a pole of angles: where one turns more than 10⁴ times as fast as the body, for an instant.
+   !> A search for events would follow thousands of revolutions that do not happen.
+   pure logical function is_beside_pole(numerator, sine, omega)
+      !> Numerator and denominator of the rate: rad/s, positive sine of the distance from the pole; rate of the body,
+      !> rad/s, shape (3).
+      real(wp), intent(in) :: numerator, sine, omega(3)
+      is_beside_pole = abs(numerator) > 1e4_wp*vector_length(omega)*sine .or. .not. sine > 0.0_wp
+   end function is_beside_pole
+
    !> Returns the rate of an Euler angle, rad/s. With γ = Rᵀe₃ = (sin θ sin ψ, sin θ cos ψ, cos θ):
    !> φ' = (Ω1 sin ψ + Ω2 cos ψ)/sin θ, θ' = Ω1 cos ψ - Ω2 sin ψ, ψ' = Ω3 - φ' cos θ. At a pole, ψ = 0 and all of Ω3 is
    !> assigned to φ.
@@ -535,9 +550,10 @@ contains
       cosine = ((q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3)))/square
       sine = sqrt(gamma(1)*gamma(1) + gamma(2)*gamma(2))
       precession = sign(omega(3), omega(3)*cosine)
-      if (sine > 4*eps) then
-         gamma = gamma/sine
-         precession = (omega(1)*gamma(1) + omega(2)*gamma(2))/sine
+      if (sine > 4*eps) gamma = gamma/sine
+      square = omega(1)*gamma(1) + omega(2)*gamma(2)
+      if (sine > 4*eps .and. .not. is_beside_pole(square, sine, omega)) then
+         precession = square/sine
       else
          gamma = [0.0_wp, 1.0_wp]
       end if
