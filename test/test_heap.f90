@@ -196,7 +196,7 @@ contains
       call check_size(error, '', 'rk4', '', 8500)
       call check_size(error, '', 'rk8', '', 9100)
       call check_size(error, '', 'dop853', '', 8500)
-      call check_size(error, '', 'taylor', '', 17600)
+      call check_size(error, '', 'taylor', '', 17500)
       call check_size(error, weight, 'nielsen_krenk', 'reduced', 10500)
       call check_size(error, damping, 'nielsen_krenk', 'reduced', 10500)
       call check_size(error, weight, 'rk8', '', 9800)

@@ -66,8 +66,7 @@ module nutate_torque_series
       real(wp), allocatable :: auxiliary(:, :)
       integer, allocatable :: columns(:, :)
       !> Series along the basis vectors of torques in space axes, after a zero; the rows R(q)ᵀeᵢ; shapes
-      !> (4, 0:highest_order, number of torques) and (4,3, 0:highest_order), without coefficients if there is no such
-      !> torque.
+      !> (4, 0:highest_order, number of torques) and (4,3, 0:highest_order), not allocated if there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
       !> Index of each slot among the directions that move, 0 for one that does not; series of their n in the basis,
       !> after a zero, shape (4, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
@@ -82,7 +81,7 @@ module nutate_torque_series
       !> groups of lanes); series of their works ∫ Ω·τ dt in units of time, W, shape (lane, 0:highest_order, groups).
       integer :: n_lanes = 0
       real(wp), allocatable :: omega(:, :), torque(:, :, :, :), works(:, :, :)
-      !> Absolute Ω, rad/s, if the inertia varies; shape (3, 0:highest_order).
+      !> Absolute Ω, rad/s, allocated if the inertia varies; shape (3, 0:highest_order).
       real(wp), allocatable, private :: absolute(:, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
       real(wp), allocatable :: derivative(:, :, :, :)
@@ -194,9 +193,10 @@ contains
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%is_timed, self%timed, self%components, &
                                             self%gamma, self%columns, self%auxiliary, self%drag, self%omega, &
-                                            self%torque, self%works, self%mover, self%moving, self%absolute)
+                                            self%torque, self%works, self%mover, self%moving)
       if (allocated(self%derivative)) deallocate (self%derivative)
       if (allocated(self%drags)) deallocate (self%drags)
+      if (allocated(self%absolute)) deallocate (self%absolute)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
       allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
@@ -237,7 +237,8 @@ contains
       self%varies = effects%varies
       n = -1
       if (self%has_more .or. self%n_lanes > 0) n = highest_order
-      allocate (self%omega(3, 0:n), self%timed(3, 0:n), self%absolute(3, 0:merge(n, -1, self%varies)), source=0.0_wp)
+      allocate (self%omega(3, 0:n), self%timed(3, 0:n), source=0.0_wp)
+      if (self%varies) allocate (self%absolute(3, 0:n), source=0.0_wp)
       n = (self%n_lanes + lanes - 1)/lanes
       allocate (self%torque(lanes, 3, 0:highest_order, n), self%works(lanes, 0:highest_order, n), source=0.0_wp)
       if (self%is_simple) allocate (self%drags(lanes, 3, 3, n), source=0.0_wp)
@@ -256,6 +257,7 @@ contains
          self%torque_slot(i) = -self%torque_slot(i)
          last = highest_order
       end do
+      if (last < 0) return
       allocate (self%along(4, 0:last, effects%n_torques), self%rows(4, 3, 0:last), source=0.0_wp)
    end subroutine make_axes
 
