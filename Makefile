@@ -29,7 +29,7 @@ help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
 
 setup: ## install what is missing and let fpm fetch test-drive; afterwards plain fpm works, without a network too
-	@bash tools/setup/setup.sh test
+	@bash tools/setup/setup.sh fpm
 
 build: ## build the program: build/nutate (native, for this machine only: make FFLAGS='-O3 -march=native')
 	@bash tools/setup/setup.sh build
@@ -42,7 +42,9 @@ mpi: ## build build/nutate-mpi: sweeps by the processes of MPI (Debian's OpenMPI
 run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
 	@bash tools/setup/run.sh $(call quoted,$(SCENE))
 
-test: setup ## run the unit tests and the command-line tests
+# Other flags than those of `make build` are tested in a build of fpm.
+test: ## run the unit tests and the command-line tests
+	@bash tools/setup/setup.sh $(if $(FFLAGS),fpm,test)
 	@bash tools/tests/test.sh
 
 stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/results/hard-cases.md (STRESS=long selects)
@@ -55,19 +57,19 @@ accuracy: setup ## run 2000 random scenes against an oracle and write docs/resul
 	@bash tools/docs/accuracy.sh $(CASE)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
-	@bash tools/setup/setup.sh test
+	@bash tools/setup/setup.sh fpm
 	@bash tools/tests/fuzz.sh $(FUZZ)
 
 memcheck: ## run the tests under valgrind: leaks, invalid reads
-	@bash tools/setup/setup.sh test memcheck
+	@bash tools/setup/setup.sh fpm memcheck
 	@bash tools/tests/memcheck.sh
 
 sanitize: ## run the tests in the strict build: all checks at run time, sanitizers, floating-point traps
-	@bash tools/setup/setup.sh test
+	@bash tools/setup/setup.sh fpm
 	@bash tools/tests/sanitize.sh
 
 flang: ## build with flang 22 and run the tests
-	@bash tools/setup/setup.sh test flang
+	@bash tools/setup/setup.sh fpm flang
 	@bash tools/tests/flang.sh
 
 bench: ## measure costs (BENCH=bench_step selects)

@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Lets fpm fetch test-drive, once: afterwards fpm works without a network. Where GitHub does not answer, fpm gets
-# the stand-in of tools/setup/testdrive/ under test-drive's address.
+# Fetches test-drive, once: by git, or with the argument `fpm` by fpm, which afterwards works without a network. Where GitHub
+# does not answer, they get the stand-in of tools/setup/testdrive/ under test-drive's address.
+#    tools/setup/fetch-testdrive.sh [fpm]
 set -u
 . "$(dirname "$0")/../environment.sh"
 
-[ -f build/cache.toml ] && [ -f build/dependencies/test-drive/fpm.toml ] && exit 0
+by=${1:-git}
+[ -f build/dependencies/test-drive/fpm.toml ] && { [ "$by" = git ] || [ -f build/cache.toml ]; } && exit 0
 
 address=$(sed -n 's/^test-drive.*git *= *"\([^"]*\)".*/\1/p' fpm.toml)
 tag=$(sed -n 's/^test-drive.*tag *= *"\([^"]*\)".*/\1/p' fpm.toml)
@@ -12,7 +14,13 @@ tag=$(sed -n 's/^test-drive.*tag *= *"\([^"]*\)".*/\1/p' fpm.toml)
 
 export GIT_TERMINAL_PROMPT=0
 
-fetch() { rm -rf build/dependencies/test-drive build/cache.toml; fpm update; }
+fetch() {
+   rm -rf build/dependencies/test-drive build/cache.toml
+   case $by in
+      fpm) fpm update ;;
+      *) git -c advice.detachedHead=false clone --quiet --depth 1 --branch "$tag" "$address" build/dependencies/test-drive ;;
+   esac
+}
 
 github_answers() {
    GIT_HTTP_LOW_SPEED_LIMIT=100 GIT_HTTP_LOW_SPEED_TIME=10 timeout 10 git ls-remote --exit-code "$address" \

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on this machine, and nothing else:  tools/setup/setup.sh [build|test|memcheck|lint|docs|figures|flang|link|mpi|wheel|view|deb|paper]...
+# Installs what is missing on this machine, and nothing else:  tools/setup/setup.sh [build|test|fpm|memcheck|lint|docs|figures|flang|link|mpi|wheel|view|deb|paper]...
 # System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -48,12 +48,16 @@ need_link() {
    python3 -c 'import ensurepip, venv' >/dev/null 2>&1 || packages+=(python3-venv)
 }
 
-# fpm builds the tests, and fetches test-drive by git.
+# git fetches test-drive.
 need_test() {
    need_build
-   want ar binutils
    want git git ca-certificates
    want python3 python3
+}
+# fpm builds the tests with other flags, and with other compilers.
+need_fpm() {
+   need_test
+   want ar binutils
    has_fpm || need_pip fpm==0.12.0
 }
 # What is missing for the program is named together with what the tests need, so that `make run` and `make test` name the same.
@@ -142,8 +146,8 @@ link_flang() {
 for need; do
    case $need in
       build) need_build_first ;;
-      test | memcheck | lint | docs | figures | flang | link | mpi | wheel | view | deb | paper) "need_$need" ;;
-      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link, mpi, wheel, view, deb, paper)" ;;
+      test | fpm | memcheck | lint | docs | figures | flang | link | mpi | wheel | view | deb | paper) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, fpm, memcheck, lint, docs, figures, flang, link, mpi, wheel, view, deb, paper)" ;;
    esac
 done
 install_packages
@@ -151,6 +155,7 @@ install_python_tools
 for need; do
    case $need in
       test) bash tools/setup/fetch-testdrive.sh || exit 1 ;;
+      fpm) bash tools/setup/fetch-testdrive.sh fpm || exit 1 ;;
       flang) link_flang || exit 1 ;;
    esac
 done
