@@ -28,6 +28,7 @@ contains
       testsuite = [ &
                   new_unittest("Kepler's equation is solved to round-off", kepler_equation), &
                   new_unittest("places on an ellipse, to 13 digits", places), &
+                  new_unittest("power series of the pull sum up to it, on ellipses and by the periapsis", pulls), &
                   new_unittest("changes of elements are the derivatives of place, axes and rate", changes), &
                   new_unittest("axes, rates and velocities of an orbit belong together", axes_and_rates), &
                   new_unittest("roll, pitch and yaw there and back", roll_pitch_yaw), &
@@ -88,6 +89,52 @@ contains
          call check_close(error, path%radius(times(i)), norm2(path%position(times(i))), 1e7_wp*8*eps, "radius")
       end do
    end subroutine places
+
+   !> Compares the sum of the series of x (x·x)^b, in steps of a fifth of the periapsis's time scale, with positions; and
+   !> the coefficients of an ellipse with those of the same orbit given by its periapsis, which has another recurrence.
+   !> The mean anomaly is known to a rounding of itself, by which the place errs (1 + e)/(1 - e) times as much at most.
+   subroutine pulls(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: order = 26
+      real(wp), parameter :: shapes(4) = [0.0_wp, 0.02_wp, 0.3_wp, 0.9_wp], powers(2) = [-1.25_wp, -7.0_wp/6]
+      type(kepler_orbit_t) :: ellipse, conic
+      real(wp) :: n(3, 0:order), other(3, 0:order), sum(3), x(3), distance, other_distance, unit, t, bound
+      integer :: i, j, k
+      do i = 1, size(shapes)
+         ellipse = kepler_orbit_t(semi_major_axis=1.3_wp, eccentricity=shapes(i), mu=1.7_wp, inclination=0.6_wp, &
+                                  raan=-0.9_wp, argument_of_periapsis=0.5_wp)
+         conic = ellipse
+         conic%periapsis_distance = 1.3_wp*(1 - shapes(i))
+         unit = 0.2_wp*(1 - shapes(i))**1.5_wp/ellipse%mean_motion()
+         bound = 100*eps*(1 + shapes(i))/(1 - shapes(i))
+         do j = -2, 5
+            t = 0.7_wp*j
+            do k = 1, size(powers)
+               call ellipse%pull_series(powers(k), t, unit, n, distance)
+               call conic%pull_series(powers(k), t, unit, other, other_distance)
+               call check_close(error, distance, norm2(ellipse%position(t)), bound, 'distance')
+               call check_below(error, maxval(abs(n - other)), bound, 'coefficients by the periapsis')
+               sum = sum_of(n)
+               x = ellipse%position(t + unit)/distance
+               call check_below(error, maxval(abs(sum - x*dot_product(x, x)**powers(k))), bound, 'sum')
+            end do
+         end do
+      end do
+
+   contains
+
+      !> The smallest terms are added first.
+      pure function sum_of(terms) result(total)
+         real(wp), intent(in) :: terms(:, :)
+         real(wp) :: total(3)
+         integer :: l
+         total = 0.0_wp
+         do l = size(terms, 2), 1, -1
+            total = total + terms(:, l)
+         end do
+      end function sum_of
+
+   end subroutine pulls
 
    !> Compares with differences of 1 and ½ of a step, extrapolated: ellipses and all conics, also next to a parabola,
    !> before the periapsis, after several revolutions, on a circle.

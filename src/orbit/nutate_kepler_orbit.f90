@@ -11,7 +11,7 @@
 module nutate_kepler_orbit
    use nutate_conic, only: change_on_conic, place_on_conic
    use nutate_kinds, only: wp, pi
-   use nutate_power_series, only: inverses
+   use nutate_power_series, only: highest_order, inverses
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
    use nutate_track, only: track_t, track_position, track_velocity, track_axes, track_axes_rate, track_true_anomaly, &
       track_position_series, thin_track
@@ -368,12 +368,54 @@ contains
       real(wp), intent(out) :: distance
       real(wp) :: lanes(n_lanes, 0:ubound(n, 2)), power(0:ubound(n, 2)), product(3)
       integer :: k
+      if (.not. (allocated(self%track) .or. self%is_from_periapsis())) then
+         call expand_on_ellipse(self, exponent, t, time_unit, n, distance)
+         return
+      end if
       call expand_position(self, t, time_unit, lanes, power, distance)
       do k = 0, ubound(n, 2)
          call continue_power(k, exponent, lanes, power, product)
          n(:, k) = product
       end do
    end subroutine pull_series
+
+   !> Computes the coefficients of `pull_series` on an ellipse from those of cos E, sin E and Ė, and of p = (ρ/ρ₀)^(2b),
+   !> ρ = r/a: by ρĖ = n and ρṗ = 2b ρ̇p, with ρ = 1 - e cos E. These are half of the products of `expand_position`.
+   pure subroutine expand_on_ellipse(self, exponent, t, time_unit, n, distance)
+      class(kepler_orbit_t), intent(in) :: self
+      real(wp), intent(in) :: exponent, t, time_unit
+      real(wp), intent(out) :: n(:, 0:), distance
+      !> cos E, sin E, and index times coefficient of cos E.
+      real(wp) :: lanes(3, 0:highest_order)
+      real(wp) :: rate(0:highest_order), p(0:highest_order), by_rate(2), by_p(3), along(3), across(3), q(4)
+      real(wp) :: anomaly, s, c, rho, motion
+      integer :: j, k
+      associate (e => self%eccentricity)
+         motion = self%mean_motion()
+         call solve_kepler(self%mean_anomaly + motion*t, e, anomaly, s, c)
+         rho = 1 - e*c
+         distance = self%semi_major_axis*rho
+         q = plane_at(self, 0.0_wp)
+         along = rotate_to_space(q, [1/rho, 0.0_wp, 0.0_wp])
+         across = rotate_to_space(q, [0.0_wp, flatness(self)/rho, 0.0_wp])
+         lanes(:, 0) = [c, s, 0.0_wp]
+         do k = 0, ubound(n, 2)
+            by_rate = 0.0_wp
+            by_p = 0.0_wp
+            do j = 1, k
+               by_rate = by_rate + lanes(1:2, j)*rate(k - j)
+               by_p = by_p + lanes(:, j)*p(k - j)
+            end do
+            rate(k) = merge(motion*time_unit, e*by_rate(1), k == 0)/rho
+            p(k) = merge(1.0_wp, (e/rho)*(by_p(1) - (2*exponent + 1)*inverses(max(k, 1))*by_p(3)), k == 0)
+            n(:, k) = (by_p(1) + (c - e)*p(k))*along + (by_p(2) + s*p(k))*across
+            if (k == ubound(n, 2)) exit
+            lanes(3, k + 1) = -(by_rate(2) + s*rate(k))
+            lanes(1, k + 1) = inverses(k + 1)*lanes(3, k + 1)
+            lanes(2, k + 1) = inverses(k + 1)*(by_rate(1) + c*rate(k))
+         end do
+      end associate
+   end subroutine expand_on_ellipse
 
    !> Computes the coefficients of the power series of x = r/r₀, with x·x, and of w = (x·x)^(-3/2), from
    !> ẍ = -(μ/r₀³) x w.
