@@ -90,9 +90,9 @@ contains
       end do
    end subroutine places
 
-   !> Compares the sum of the series of x (x·x)^b, in steps of a fifth of the periapsis's time scale, with positions; and
-   !> the coefficients of an ellipse with those of the same orbit given by its periapsis, which has another recurrence.
-   !> The mean anomaly is known to a rounding of itself, by which the place errs (1 + e)/(1 - e) times as much at most.
+   !> Compares sums of the series of x (x·x)^b, over a fifth of the time scale of the periapsis, with positions; and the
+   !> coefficients of an ellipse with those of the same orbit given by its periapsis, which has another recurrence. The
+   !> mean anomaly is known to a rounding of itself, by which the place errs (1 + e)/(1 - e) times as much at most.
    subroutine pulls(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: order = 26
