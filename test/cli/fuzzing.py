@@ -54,13 +54,13 @@ class Verdict:
         self.statuses = statuses
 
 
-def arguments_of(command, case):
-    """The arguments of a command for a case whose scene is `scene.nml`."""
+def arguments_of(command, case, longest=LONGEST_RUN):
+    """The arguments of a command for a case whose scene is `scene.nml`; a run has so many steps at most."""
     arguments = [command, "scene.nml"]
     for override in case.overrides:
         arguments += ["--set", override]
     if command == "run":
-        arguments += ["--quiet", "--max-steps", str(LONGEST_RUN), "--output", "history.csv"]
+        arguments += ["--quiet", "--max-steps", str(longest), "--output", "history.csv"]
     return arguments
 
 
@@ -74,15 +74,16 @@ def call(program, arguments, folder, patience=PATIENCE):
                           check=False)
 
 
-def assess(program, case, runner=call):
-    """Gives a case to `check` and `run` of a program, in an empty folder; `runner` runs them, as `call` does."""
+def assess(program, case, runner=call, longest=LONGEST_RUN):
+    """Gives a case to `check` and `run` of a program, in an empty folder; `runner` runs them, as `call` does. A run has so many steps
+    at most."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder)
         put_scene(path, case.text)
         statuses = []
         for command in ("check", "run"):
             try:
-                done = runner(program, arguments_of(command, case), folder)
+                done = runner(program, arguments_of(command, case, longest), folder)
             except subprocess.TimeoutExpired:
                 return Verdict(f"{command}: hangs", statuses)
             except Overrun as reason:

@@ -15,6 +15,7 @@ LABELS = [f"{name} order {order} ({solver})" if solver else name + ("+conserve" 
 # Budgets in work: what a study runs does not depend on the machine.
 SHORT = ("--evaluations", "300000")
 BRIEF = ("--evaluations", "100000")
+QUICK = ("--evaluations", "30000")
 # Each step of higher order is subdivided into a thousand parts.
 SUBDIVIDED = """
 &body inertia = 4.2e-5, 4.2e-5, 1.1e-5, mass = 0.0148 /
@@ -185,7 +186,7 @@ class Study(CommandLineTest):
             self.assertLess(min(errors), 1e-11)
 
     def test_csv_on_standard_output_leaves_the_table_to_standard_error(self):
-        done = self.succeed("cost", "box.nml", *BRIEF, "--csv", "-")
+        done = self.succeed("cost", "box.nml", *QUICK, "--csv", "-")
         self.assertTrue(done.stdout.startswith("method,order,formulation,time_step,steps,"))
         self.assertTrue(all(line.count(",") == done.stdout.splitlines()[0].count(",")
                             for line in done.stdout.splitlines()))
@@ -194,11 +195,11 @@ class Study(CommandLineTest):
     def test_a_budget_in_evaluations_is_kept_and_repeats_the_runs(self):
         tables = []
         for _ in range(2):
-            text = self.succeed("cost", "top.nml", "--evaluations", "200000", "--csv", "runs.csv").stdout
+            text = self.succeed("cost", "top.nml", *BRIEF, "--csv", "runs.csv").stdout
             spent = int(re.search(r"measured for +\S+ s, (\d+) evaluations", text)[1])
             # The least that a run of a method takes is one step; none has more than 17 stages.
-            self.assertLessEqual(spent, 200000 + 17*len(METHODS))
-            self.assertGreater(spent, 100000)
+            self.assertLessEqual(spent, 100000 + 17*len(METHODS))
+            self.assertGreater(spent, 50000)
             tables.append([{key: value for key, value in row.items() if key not in ("wall_time", "ns_per_step")}
                            for row in self.rows("runs.csv")])
         self.assertEqual(*tables)
@@ -206,7 +207,7 @@ class Study(CommandLineTest):
     def test_why_no_step_is_possible_is_said(self):
         """Each step is subdivided into a thousand parts, which fail."""
         self.write("subdivided.nml", SUBDIVIDED)
-        self.fail_with(3, "cost", "subdivided.nml", "--evaluations", "30000", says=(
+        self.fail_with(3, "cost", "subdivided.nml", "--evaluations", "20000", says=(
             "no run was completed: nielsen_krenk order 2 (full):", "even subdivided into 1024 parts"))
 
     def test_a_motion_too_long_for_a_reference_still_shows_invariants(self):
@@ -226,11 +227,11 @@ class Study(CommandLineTest):
         self.assertIn("time_step=-", back)
 
     def test_columns_without_an_attitude_do_not_matter(self):
-        text = self.succeed("cost", "box.nml", *BRIEF, "--set", "output.columns='angular_momentum'").stdout
+        text = self.succeed("cost", "box.nml", *QUICK, "--set", "output.columns='angular_momentum'").stdout
         self.assertIn("time_step=", text)
 
     def test_without_projection_only_what_can_run_is_run(self):
-        text = self.succeed("cost", "top.nml", *BRIEF, "--set", "integrator.projection=.false.",
+        text = self.succeed("cost", "top.nml", *QUICK, "--set", "integrator.projection=.false.",
                             "--set", "integrator.auxiliary_inertia=10").stdout
         self.assertIn("(reduced): not applicable to this scene", text)
 
@@ -242,7 +243,7 @@ class Plot(CommandLineTest):
             self.skipTest("gnuplot is not here")
 
     def test_svg(self):
-        self.succeed("cost", "box.nml", *BRIEF, "--plot", "it's a.svg")
+        self.succeed("cost", "box.nml", *QUICK, "--plot", "it's a.svg")
         text = self.read("it's a.svg")
         self.assertIn("<svg", text)
         self.assertTrue(text.rstrip().endswith("</svg>"))
@@ -252,7 +253,7 @@ class Plot(CommandLineTest):
         self.assertEqual(self.names(), ["box.nml", "it's a.svg", "top.nml"])
 
     def test_methods_without_a_run_stay_in_the_legend(self):
-        self.succeed("cost", "top.nml", *BRIEF, "--plot", "a.svg", "--all", "--set", "integrator.projection=.false.",
+        self.succeed("cost", "top.nml", *QUICK, "--plot", "a.svg", "--all", "--set", "integrator.projection=.false.",
                      "--set", "integrator.auxiliary_inertia=10")
         text = self.read("a.svg")
         for words in ("Nielsen-Krenk, order 8, reduced: not here", "Nielsen-Krenk, order 2, full", "Runge-Kutta rk4",
@@ -260,7 +261,7 @@ class Plot(CommandLineTest):
             self.assertIn(words, text)
 
     def test_png(self):
-        self.succeed("cost", "box.nml", *BRIEF, "--plot", "a.png")
+        self.succeed("cost", "box.nml", *QUICK, "--plot", "a.png")
         with open(self.path("a.png"), "rb") as file:
             self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
 
@@ -269,7 +270,7 @@ class Plot(CommandLineTest):
         self.write("bin/gnuplot", "#!/bin/sh\nexit 1\n")
         os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
         self.write("a.svg", "<svg>earlier</svg>")
-        self.fail_with(4, "cost", "box.nml", *BRIEF, "--plot", "a.svg", says=("a.svg", "gnuplot"),
+        self.fail_with(4, "cost", "box.nml", *QUICK, "--plot", "a.svg", says=("a.svg", "gnuplot"),
                        env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
         self.assertEqual(self.read("a.svg"), "<svg>earlier</svg>")
         self.assertEqual(self.names(), ["a.svg", "bin", "box.nml", "top.nml"])
@@ -286,7 +287,7 @@ class Plot(CommandLineTest):
         os.mkdir(self.path("bin"))
         self.write("bin/gnuplot", '#!/bin/sh\ncp "$2" kept.gp && echo "<svg></svg>" >"$3"\n')
         os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
-        self.succeed("cost", "box.nml", *BRIEF, "--plot", "a.svg", *options,
+        self.succeed("cost", "box.nml", *QUICK, "--plot", "a.svg", *options,
                      env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
         return self.read("kept.gp")
 

@@ -11,7 +11,10 @@ from support import ONE_IN, ROOT, CommandLineTest, in_turn, share_of
 
 SEED = 1
 CASES, WIDE_CASES = share_of(500), share_of(20)
-BUDGET = fuzzing.BUDGET if ONE_IN <= 3 else ("--evaluations", "200000")
+BUDGET = fuzzing.BUDGET if ONE_IN <= 3 else ("--evaluations", "50000")
+BUNDLED_BUDGET = ("--evaluations", "30000" if ONE_IN <= 3 else "10000")
+# Steps of an extreme scene: the fault was in the first ones.
+LONGEST_EXTREME = fuzzing.LONGEST_RUN if ONE_IN <= 3 else 100
 EXTREME = pathlib.Path(__file__).resolve().parent / "extreme"
 
 
@@ -47,7 +50,7 @@ class Wide(CommandLineTest):
             if not in_turn(number):
                 continue
             with self.subTest(scene.name):
-                done = fuzzing.call(self.program, ("cost", str(scene), "--evaluations", "30000", *fuzzing.COST_PLOT), self.folder)
+                done = fuzzing.call(self.program, ("cost", str(scene), *BUNDLED_BUDGET, *fuzzing.COST_PLOT), self.folder)
                 self.assertEqual(fuzzing.fault_of_wide(done), "")
 
 
@@ -58,7 +61,7 @@ class Extreme(CommandLineTest):
         for path in sorted(EXTREME.glob("*.nml")):
             text = path.read_bytes()
             status = int(re.match(rb"! expect: (\d): ", text)[1])
-            verdict = fuzzing.assess(self.program, fuzzing.Case(text, [], True))
+            verdict = fuzzing.assess(self.program, fuzzing.Case(text, [], True), longest=LONGEST_EXTREME)
             with self.subTest(path.name):
                 self.assertEqual(verdict.fault, "")
                 self.assertEqual(verdict.statuses, [2 if status == 2 else 0, status])

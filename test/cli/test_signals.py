@@ -58,7 +58,7 @@ class Runs(SignalTest):
 
     def test_a_shell_sees_the_conventional_status(self):
         for number, status in ((2, 130), (15, 143), (1, 129)):
-            command = ["timeout", "--preserve-status", "-s", str(number), "0.4", self.program, "run", "box.nml", *ENDLESS]
+            command = ["timeout", "--preserve-status", "-s", str(number), "0.1", self.program, "run", "box.nml", *ENDLESS]
             shell = " ".join(f"'{word}'" for word in command)
             done = subprocess.run(["sh", "-c", shell], cwd=self.folder, capture_output=True, timeout=PATIENCE, check=False)
             self.assertEqual(done.returncode, status, done.stderr)
@@ -157,7 +157,7 @@ class OtherCommands(SignalTest):
     def stop_study(self):
         """Stops a study after the first run of each method and before its end: its table, and standard error. On a machine that
         has not come so far by then, or is at the end, it is stopped later, or has more to do."""
-        evaluations, delay = 10_000_000, 0.5
+        evaluations, delay = 3_000_000, 0.2
         for _ in range(20):
             run = self.start("cost", "top.nml", "--evaluations", str(evaluations), "--csv", "kept.csv", stdout=subprocess.PIPE)
             time.sleep(delay)

@@ -40,10 +40,10 @@ total() {
 }
 
 # Those that take longest, which begin first: whoever waits for the last one then waits least.
-longest='test_docs test_sweep test_checkpoint fit test_cost test_plot test_fuzz test_malformed test_sensitivities reshaped_bodies'
-longest+=' test_determinism tangent_differences motion_bounds work_precision moving_fields test_effect_columns chaos test_signals'
-longest+=' time_dependent control test_run round_off near_rest test_orbits tangent_events test_controllers test_output_names'
-longest+=' varying_inertia test_fit stability_stiff'
+longest='test_docs test_plot test_checkpoint fit test_cost test_sweep test_fuzz test_malformed test_sensitivities reshaped_bodies'
+longest+=' test_run tangent_differences motion_bounds work_precision moving_fields test_fit chaos test_controllers test_effect_columns'
+longest+=' time_dependent control test_varying_inertia round_off near_rest test_orbits tangent_events test_determinism test_output_names'
+longest+=' varying_inertia test_fields stability_stiff'
 
 # What is to be run, `unit SUITE` or `cli MODULE`, a line each.
 list_parts() {
@@ -74,13 +74,14 @@ run_parts() {
    [ -n "$unit" ] && [ -n "$nutate" ] || { count "no program"; return; }
    say "Tests of $nutate, unit tests: $unit"
    rm -rf "$folder" && mkdir -p "$folder" || { count "no folder"; return; }
-   # Where python3 is a script that finds one of several, it is found once.
+   # Where python3 is a script that finds one of several, it is found once. With -S it does not look for packages, which these tests
+   # do not need.
    python=$(python3 -c 'import sys; print(sys.executable)')
    # shellcheck disable=SC2016
    queue | UNIT=$unit NUTATE=$top/$nutate PYTHON=$python FOLDER=$folder xargs -P "$jobs" -L 1 sh -c '
       case $0 in
          unit) "$UNIT" "$1" ;;
-         cli) "$PYTHON" tools/tests/run_python_tests.py --here test/cli "$1" ;;
+         cli) "$PYTHON" -S tools/tests/run_python_tests.py --here test/cli "$1" ;;
       esac >"$FOLDER/$1.log" 2>&1 </dev/null
       echo $? >"$FOLDER/$1.status"'
    while read -r kind part; do
