@@ -24,7 +24,7 @@ module nutate_fit_model
    implicit none
    private
 
-   public :: fit_model_t, motion_at_t, moved_state, switches_t
+   public :: fit_model_t, motion_at_t, move_state, switches_t
 
    !> Switches of the effects at a time, in a motion in which events switch some.
    type :: switches_t
@@ -558,18 +558,18 @@ contains
       bytes = archive%content()
    end subroutine keep_switches
 
-   !> Returns the state that is reached by a change of attitude and momenta.
-   pure function moved_state(state, change) result(moved)
+   !> Moves a copy of a state by a change of attitude and momenta.
+   pure subroutine move_state(state, change, moved)
       type(state_t), intent(in) :: state
       !> Rotation vector and momentum, body axes, and momenta of wheels; shape (6 + wheels).
       real(wp), intent(in) :: change(:)
-      type(state_t) :: moved
+      !> Copy of the state, which may have been moved before.
+      type(state_t), intent(inout) :: moved
       real(wp) :: momentum(3)
-      moved = state
       momentum = body_momentum(state) + change(4:6)
       moved%q = quat_product(state%q, quat_from_rotation_vector(change(1:3)))
       moved%p = 2*quat_product(moved%q, [0.0_wp, momentum])
-      moved%wheel_momentum(:size(change) - 6) = moved%wheel_momentum(:size(change) - 6) + change(7:)
-   end function moved_state
+      moved%wheel_momentum(:size(change) - 6) = state%wheel_momentum(:size(change) - 6) + change(7:)
+   end subroutine move_state
 
 end module nutate_fit_model

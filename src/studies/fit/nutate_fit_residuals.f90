@@ -3,7 +3,7 @@ module nutate_fit_residuals
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_columns, only: columns_t
    use nutate_fit_variations, only: places, weights
-   use nutate_fit_model, only: moved_state
+   use nutate_fit_model, only: move_state
    use nutate_fit_plan, only: measurement_t, ATTITUDES, DIRECTIONS
    use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp
@@ -128,6 +128,7 @@ contains
       !> Columns of the state.
       real(wp), intent(in) :: values(:), change(:)
       real(wp) :: slope(size(values))
+      type(state_t) :: moved
       real(wp) :: size_of_change, step
       integer :: k
       slope = 0.0_wp
@@ -137,9 +138,10 @@ contains
       step = 1.0_wp
       if (size_of_change > 0.0_wp) step = small_change/size_of_change
       if (all(abs(change) <= 0.0_wp)) return
+      moved = state
       do k = 1, size(places)
-         slope = slope + weights(k)/step* &
-                 wrapped(self%model(system, moved_state(state, places(k)*step*change)) - values, self%measurement%turns)
+         call move_state(state, places(k)*step*change, moved)
+         slope = slope + weights(k)/step*wrapped(self%model(system, moved) - values, self%measurement%turns)
       end do
    end function slope
 
