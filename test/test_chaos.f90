@@ -144,7 +144,7 @@ contains
       integer :: tops, i, k, m
       character(len=40) :: numbers, end_time
       tops = merge(1, 10, draws_fewer())
-      duration = merge(merge(4e3_wp, 1e4_wp, one_in() > 3), 1e5_wp, draws_fewer())
+      duration = merge(merge(2e3_wp, 1e4_wp, one_in() > 3), 1e5_wp, draws_fewer())
       write (end_time, '(es9.1)') duration
       allocate (run)
       do i = 1, tops
@@ -157,7 +157,7 @@ contains
                     " /&chaos exponents = 6, every = 5 /", run, error)
             if (allocated(error)) return
             rates = run%summary%chaos%lyapunov()
-            call check(error, rates(1)*duration > merge(280, 700, one_in() > 3), 'the top is not chaotic')
+            call check(error, rates(1)*duration > merge(140, 700, one_in() > 3), 'the top is not chaotic')
             do k = 1, 3
                call check_below(error, abs(rates(k) + rates(7 - k)), 1e-3_wp, trim(methods(m))//': pair')
             end do

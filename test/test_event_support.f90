@@ -16,8 +16,8 @@ module test_event_support
 
    public :: rate_event_t, tilt_event_t, angle_event_t, lost_event_t, keeper_t, compass, no_effects
 
-   !> Most events that a test keeps.
-   integer, parameter :: room = 200
+   !> Most events and rows that a test keeps.
+   integer, parameter :: room = 200, most_rows = 5000
 
    !> Ω of an axis, body axes, with its rate in closed form.
    type, extends(event_t) :: rate_event_t
@@ -56,7 +56,8 @@ module test_event_support
       integer :: which(room) = 0
       integer(long) :: numbers(room) = 0
       real(wp) :: energies(room) = 0.0_wp, works(room) = 0.0_wp
-      type(state_t) :: states(0:5000)
+      !> States of the rows, and room for more; shape (0:any).
+      type(state_t), allocatable :: states(:)
       real(wp) :: last_work = 0.0_wp
    contains
       procedure :: observe => keep_row
@@ -109,7 +110,14 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
-      self%states(min(self%rows, 5000)) = state
+      type(state_t), allocatable :: longer(:)
+      if (.not. allocated(self%states)) allocate (self%states(0:127))
+      if (self%rows > ubound(self%states, 1) .and. self%rows < most_rows) then
+         allocate (longer(0:2*self%rows - 1))
+         longer(:self%rows - 1) = self%states
+         call move_alloc(longer, self%states)
+      end if
+      self%states(min(self%rows, ubound(self%states, 1))) = state
       self%rows = self%rows + 1
       self%last_work = record%work
    end subroutine keep_row

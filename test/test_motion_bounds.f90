@@ -251,15 +251,20 @@ contains
       type(system_t) :: system
       type(state_t) :: start
       type(keeper_t), allocatable :: keeper
+      type(column_event_t) :: events(n_columns)
       real(wp) :: time
-      integer :: number
+      integer :: number, i
       logical :: is_fit
+      do i = 1, n_columns
+         events(i)%columns(1) = columns(i)
+         call events(i)%place()
+      end do
       do number = 1, n
          call draw_motion(number, system, start, time, is_fit)
          if (.not. is_fit) cycle
          allocate (keeper)
          call follow(system, start, time, keeper, is_fit)
-         if (is_fit) call assess(number, system, keeper, tally)
+         if (is_fit) call assess(number, system, keeper, events, tally)
          deallocate (keeper)
       end do
    end subroutine attack
@@ -394,16 +399,17 @@ contains
    end subroutine follow
 
    !> Compares every row with what the first one bounds.
-   subroutine assess(number, system, keeper, tally)
+   subroutine assess(number, system, keeper, events, tally)
       integer, intent(in) :: number
       type(system_t), intent(in) :: system
       type(keeper_t), intent(in) :: keeper
+      !> The columns, placed; the levels are set here. Shape (n_columns).
+      type(column_event_t), intent(inout) :: events(:)
       type(tally_t), intent(inout) :: tally
       type(motion_bounds_t) :: bounds
       type(speed_bounds_t) :: speeds
       type(motion_t) :: first, motion
-      type(column_event_t) :: event
-      real(wp) :: room, time, rate, value, fastest(n_columns), greatest(n_columns)
+      real(wp) :: room, time, rate, value, scale, fastest(n_columns), greatest(n_columns)
       integer :: i, k
       bounds = bound_motion(system)
       call find_motion(system, keeper%states(0), first)
@@ -421,23 +427,24 @@ contains
          call compare(norm2(motion%omega(1:2)), speeds%tilting, 'tilting')
          call compare(norm2(motion%momentum), speeds%momentum, '|L|')
          call compare(norm2(motion%torque + motion%potential_torque), speeds%torque, '|torque|')
+         scale = size_of(motion, speeds)
          do i = 1, n_columns
             if (columns(i)(1:5) == 'wheel' .and. system%effects%n_wheels < 3) cycle
-            event%columns(1) = columns(i)
-            call event%place()
-            rate = abs(event%rate(system, motion))
-            value = abs(event%value(system, motion))
-            fastest(i) = max(fastest(i), rate)
-            greatest(i) = max(greatest(i), value)
-            event%level = 0.0_wp
-            ! A conserved quantity changes by round-off.
-            if (rate*time > noise*size_of(motion, speeds)) &
-               call note(.not. event%is_out_of_reach(speeds, rate_to(rate), time), columns(i))
-            if (i > with_range .or. .not. value > noise*size_of(motion, speeds)) cycle
-            event%level = value*margin_of_values*(1 - round_off)
-            if (i == AT_THETA) event%level = value
-            if (i <= LAST_Q) event%level = value*(1 - round_off)
-            call note(.not. event%is_out_of_reach(speeds, 0.0_wp, time), columns(i))
+            associate (event => events(i))
+               rate = abs(event%rate(system, motion))
+               value = abs(event%value(system, motion))
+               fastest(i) = max(fastest(i), rate)
+               greatest(i) = max(greatest(i), value)
+               event%level = 0.0_wp
+               ! A conserved quantity changes by round-off.
+               if (rate*time > noise*scale) &
+                  call note(.not. event%is_out_of_reach(speeds, rate_to(rate), time), columns(i))
+               if (i > with_range .or. .not. value > noise*scale) cycle
+               event%level = value*margin_of_values*(1 - round_off)
+               if (i == AT_THETA) event%level = value
+               if (i <= LAST_Q) event%level = value*(1 - round_off)
+               call note(.not. event%is_out_of_reach(speeds, 0.0_wp, time), columns(i))
+            end associate
          end do
       end do
       if (speeds%known) call find_distances()
@@ -470,14 +477,12 @@ contains
       subroutine find_distances()
          do i = 1, n_columns
             if (.not. fastest(i) > 0.0_wp) cycle
-            event%columns(1) = columns(i)
-            call event%place()
             tally%assessed(i) = tally%assessed(i) + 1
-            event%level = 0.0_wp
-            if (event%is_out_of_reach(speeds, near*margin_of_rates*fastest(i)*time, time)) &
+            events(i)%level = 0.0_wp
+            if (events(i)%is_out_of_reach(speeds, near*margin_of_rates*fastest(i)*time, time)) &
                tally%near_rates(i) = tally%near_rates(i) + 1
-            event%level = near*margin_of_values*greatest(i)
-            if (event%is_out_of_reach(speeds, 0.0_wp, time)) tally%near_values(i) = tally%near_values(i) + 1
+            events(i)%level = near*margin_of_values*greatest(i)
+            if (events(i)%is_out_of_reach(speeds, 0.0_wp, time)) tally%near_values(i) = tally%near_values(i) + 1
          end do
       end subroutine find_distances
 

@@ -30,7 +30,7 @@ module test_oracle
    !> needs.
    integer, parameter :: columns = 12
    !> Error of a step, relative to |q| and |L|, unless a smaller one is asked for.
-   real(qp), parameter :: usual_tolerance = 1e-25_qp
+   real(qp), parameter :: usual_tolerance = 1e-20_qp
    real(qp), parameter :: pi = 3.14159265358979323846264338327950288_qp
 
    !> Data of a motion, in the precision of the oracle.
@@ -226,14 +226,16 @@ contains
       !> s.
       real(qp), intent(in) :: t
       real(qp), intent(in) :: y(:)
-      real(qp) :: rate(size(y)), omega(3), inner(3)
+      real(qp) :: rate(size(y)), omega(3), inner(3), change(3, 3)
       integer :: i
       inner = motion%rotor
+      change = 0.0_qp
       do i = 1, system%effects%n_wheels
          inner = inner + y(7 + i)*real(system%effects%wheels(i)%axis, qp)
       end do
       if (system%effects%varies) then
-         omega = matmul(inverse(motion%inertia + change_of(motion, system, t, 0)), y(5:7) - inner)
+         change = change_of(motion, system, t, 0)
+         omega = matmul(inverse(motion%inertia + change), y(5:7) - inner)
       else
          omega = matmul(motion%inverse_inertia, y(5:7) - inner)
       end if
@@ -245,7 +247,7 @@ contains
       end associate
       rate(5:7) = cross(y(5:7), omega)
       if (system%effects%n_potentials + system%effects%n_torques > 0) &
-         rate(5:7) = rate(5:7) + torque_of(motion, system, t, y(1:4), omega)
+         rate(5:7) = rate(5:7) + torque_of(motion, system, t, y(1:4), omega, change)
       rate(8:) = 0.0_qp
       do i = 1, system%effects%n_wheels
          rate(7 + i) = wheel_torque(system%effects%wheels(i), t, y(7 + i), omega)
@@ -352,28 +354,28 @@ contains
    end function wheel_torque
 
    !> Torque of all effects, body axes, N m.
-   function torque_of(motion, system, t, q, omega) result(tau)
+   function torque_of(motion, system, t, q, omega, change) result(tau)
       type(motion_t), intent(in) :: motion
       type(system_t), intent(in) :: system
       real(qp), intent(in) :: t, q(4), omega(3)
-      real(qp) :: tau(3), to_body(3, 3)
+      !> Change of the inertia since t = 0, kg m².
+      real(qp), intent(in) :: change(3, 3)
+      real(qp) :: tau(3), to_body(3, 3), gamma(3)
       integer :: i
       to_body = rows_of(q)
       tau = 0.0_qp
       do i = 1, system%effects%n_potentials
          associate (potential => system%effects%potentials(i)%item)
+            gamma = to_space_of(potential%direction)
             select type (potential)
             class is (linear_potential_t)
                tau = tau + cross(real(potential%moment, qp) + real(potential%by_center, qp)* &
-                                 displacement_of(motion, system, t), to_space_of(potential%direction))
+                                 displacement_of(motion, system, t), gamma)
             class is (gravity_gradient_t)
-               tau = tau + cross(to_space_of(potential%direction), &
-                                 matmul(real(potential%stiffness, qp), to_space_of(potential%direction)))
-               if (system%effects%varies) &
-                  tau = tau + 3*real(potential%strength, qp)*cross(to_space_of(potential%direction), &
-                     matmul(change_of(motion, system, t, 0), to_space_of(potential%direction)))
+               tau = tau + cross(gamma, matmul(real(potential%stiffness, qp), gamma))
+               if (system%effects%varies) tau = tau + 3*real(potential%strength, qp)*cross(gamma, matmul(change, gamma))
             class is (spring_t)
-               tau = tau + spring_torque(potential, to_space_of(potential%direction))
+               tau = tau + spring_torque(potential, gamma)
             class default
                error stop 'the oracle does not know this potential'
             end select

@@ -10,7 +10,7 @@ module test_path_attack
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_event_support, only: keeper_t
-   use test_path_case, only: draw_path, most_places, path_case_t, places, steps, walk
+   use test_path_case, only: draw_path, find_values, most_places, path_case_t, places, steps
    use test_support, only: check, error_type, new_unittest, random_unit, share_of, unittest_type
    implicit none
    private
@@ -174,7 +174,7 @@ contains
       tally%cases = tally%cases + 1
       n = keeper%n
       allocate (values(n))
-      call walk(item, keeper%times(1:n), values, is_fit)
+      call find_values(item, keeper%times(1:n), values, is_fit)
       at = places_of(item, keeper%times(1:n))
       if (range <= 1e-14_wp*greatest) then
          tally%made_up = tally%made_up + n
@@ -288,7 +288,6 @@ contains
    logical function turns_back(item, at, value) result(turns)
       type(path_case_t), intent(in) :: item
       real(wp), intent(in) :: at, value
-      type(path_case_t), allocatable :: twin
       real(wp) :: part, times(2), values(2), distance
       integer :: k
       part = at/places
@@ -297,8 +296,7 @@ contains
       associate (first => item%bounds(k), length => item%bounds(k + 1) - item%bounds(k))
          times = first + length*((part - k) + [-distance, distance])
       end associate
-      allocate (twin, source=item)
-      call walk(twin, times, values, turns)
+      call find_values(item, times, values, turns)
       values = values - value
       turns = turns .and. values(1)*values(2) > 0.0_wp
       if (item%event%kind == MAXIMUM) turns = turns .and. values(1) < 0.0_wp

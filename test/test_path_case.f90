@@ -20,7 +20,7 @@ module test_path_case
    implicit none
    private
 
-   public :: path_case_t, draw_path, walk, quantity_columns
+   public :: path_case_t, draw_path, find_values, quantity_columns
 
    !> Steps of a case, and places of a step or of a part of one.
    integer, parameter, public :: steps = 5, places = 240, most_parts = steps + 6, most_places = places*most_parts
@@ -36,6 +36,8 @@ module test_path_case
       type(state_t) :: start
       type(integrator_settings_t) :: settings
       type(column_event_t) :: event
+      !> The columns of the event, one by one.
+      type(column_event_t) :: one_by_one(2)
       !> s.
       real(wp) :: dt = 0.0_wp
       !> Parts of the run, between the ends of steps and the times at which torques begin, end or jump; their times, s.
@@ -43,6 +45,8 @@ module test_path_case
       real(wp) :: bounds(0:most_parts) = 0.0_wp
       !> The quantity at the places; shape (0:places*parts).
       real(wp) :: g(0:most_places) = 0.0_wp
+      !> (φ + ψ)/2 and (φ - ψ)/2 there, rad, followed from one place to the next; shape (2, 0:places*parts).
+      real(wp) :: halves(2, 0:most_places) = 0.0_wp
       !> Offsets of φ and ψ from the sum and the difference of their halves, rad: both start between -π and π.
       real(wp) :: turns(2) = 0.0_wp
    end type path_case_t
@@ -66,7 +70,7 @@ contains
       call draw_breaks(state, item)
       call draw_columns(state, item)
       call draw_method(state, item, is_fit)
-      if (is_fit) call walk(item, [real(wp) ::], values(:0), is_fit)
+      if (is_fit) call walk(item, is_fit)
       if (is_fit) is_fit = steps_are_good(item)
    end subroutine draw_path
 
@@ -170,6 +174,10 @@ contains
          end if
       end if
       call item%event%place()
+      do i = 1, 2
+         item%one_by_one(i)%columns(1) = item%event%columns(i)
+         call item%one_by_one(i)%place()
+      end do
    end subroutine draw_columns
 
    subroutine draw_method(state, item, is_fit)
@@ -200,21 +208,16 @@ contains
       is_fit = status%ok()
    end subroutine draw_method
 
-   !> Walks along the case by steps of its method: the quantity at all places, and at other times. It is fit if all
-   !> steps can be taken, and the angles do not turn much from place to place.
-   subroutine walk(item, times, values, is_fit)
+   !> Walks along the case by steps of its method: the quantity at all places. It is fit if all steps can be taken, and
+   !> the angles do not turn much from place to place.
+   subroutine walk(item, is_fit)
       type(path_case_t), intent(inout) :: item
-      !> Times, s, in the order of the run; shape (any).
-      real(wp), intent(in) :: times(:)
-      !> Values of the quantity at these times; same shape.
-      real(wp), intent(out) :: values(:)
       logical, intent(out) :: is_fit
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state, inside
       type(status_t) :: status
       real(wp) :: halves(2), t, work
-      integer :: i, k, n
-      values = 0.0_wp
+      integer :: i, k
       call make_stepper(item%system, item%settings, stepper, status)
       is_fit = status%ok()
       if (.not. is_fit) return
@@ -222,8 +225,8 @@ contains
       state = item%start
       halves = half_angles(state)
       item%turns = -2*pi*anint([halves(1) + halves(2), halves(1) - halves(2)]/(2*pi))
+      item%halves(:, 0) = halves
       item%g(0) = quantity(item, state, halves)
-      n = 1
       do k = 0, item%parts - 1
          associate (first => item%bounds(k), last => item%bounds(k + 1))
             call stepper%step(item%system, state, last - first, status)
@@ -232,23 +235,56 @@ contains
             state%t = last
             do i = 1, places
                t = first + (last - first)*(real(i, wp)/places)
-               do while (n <= size(times))
-                  if ((times(n) - t)*item%dt > 0.0_wp) exit
-                  call stepper%state_at(item%system, times(n), inside, work, status)
-                  call turn_on(halves, inside, is_fit)
-                  values(n) = quantity(item, inside, halves)
-                  n = n + 1
-               end do
                inside = state
                if (i < places) call stepper%state_at(item%system, t, inside, work, status)
-               if (is_fit) call turn_on(halves, inside, is_fit)
+               call turn_on(halves, inside, is_fit)
                is_fit = is_fit .and. status%ok()
                if (.not. is_fit) return
+               item%halves(:, k*places + i) = halves
                item%g(k*places + i) = quantity(item, inside, halves)
             end do
          end associate
       end do
    end subroutine walk
+
+   !> Finds the quantity at other times than those of the places, by the same steps; fit as in `walk`.
+   subroutine find_values(item, times, values, is_fit)
+      !> A case that has been walked along.
+      type(path_case_t), intent(in) :: item
+      !> Times, s, in the order of the run; shape (any).
+      real(wp), intent(in) :: times(:)
+      !> Values of the quantity at these times; same shape.
+      real(wp), intent(out) :: values(:)
+      logical, intent(out) :: is_fit
+      class(stepper_t), allocatable :: stepper
+      type(state_t) :: state, inside
+      type(status_t) :: status
+      real(wp) :: halves(2), work
+      integer :: i, k, n
+      values = 0.0_wp
+      call make_stepper(item%system, item%settings, stepper, status)
+      call stepper%keep_steps()
+      state = item%start
+      is_fit = .true.
+      n = 1
+      do k = 0, item%parts - 1
+         associate (first => item%bounds(k), last => item%bounds(k + 1))
+            call stepper%step(item%system, state, last - first, status)
+            state%t = last
+            do while (n <= size(times))
+               if ((times(n) - last)*item%dt > 0.0_wp) exit
+               call stepper%state_at(item%system, times(n), inside, work, status)
+               i = max(0, min(places - 1, int(places*(times(n) - first)/(last - first))))
+               halves = item%halves(:, k*places + i)
+               call turn_on(halves, inside, is_fit)
+               is_fit = is_fit .and. status%ok()
+               if (.not. is_fit) return
+               values(n) = quantity(item, inside, halves)
+               n = n + 1
+            end do
+         end associate
+      end do
+   end subroutine find_values
 
    !> (φ + ψ)/2 and (φ - ψ)/2, rad; shape (2).
    pure function half_angles(state) result(halves)
@@ -277,7 +313,6 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: halves(2)
       type(motion_t) :: motion
-      type(column_event_t) :: one
       real(wp) :: x
       integer :: i
       g = 0.0_wp
@@ -291,9 +326,7 @@ contains
             x = halves(1) - halves(2) + item%turns(2)
          case default
             call find_motion(item%system, state, motion)
-            one%columns(1) = item%event%columns(i)
-            call one%place()
-            x = one%value(item%system, motion)
+            x = item%one_by_one(i)%value(item%system, motion)
          end select
          g = g + item%event%weights(i)*x
       end do

@@ -92,26 +92,28 @@ contains
       real(wp), intent(in) :: largest, where_it_is
       integer, parameter :: n = 64
       real(wp) :: angles(n), times(n)
+      type(state_t) :: state
       integer :: i, k
       times = [(2*pi*i/n, i=1, n)]
+      state = scene%initial
       do i = 1, n
-         angles(i) = excess(times(i))
+         angles(i) = excess(times(i), state)
       end do
       do k = 1, size(coefficients)
          call check_close(error, 2*sum(angles*sin(k*times))/n, coefficients(k), 2e-12_wp, 'coefficient')
       end do
-      call check_close(error, abs(excess(where_it_is)), largest, 1e-11_wp, 'largest')
-      call check(error, abs(excess(where_it_is - 0.1_wp)) < largest - 1e-9_wp .and. &
-                 abs(excess(where_it_is + 0.1_wp)) < largest - 1e-9_wp, 'it is the largest')
+      state = scene%initial
+      call check(error, abs(excess(where_it_is - 0.1_wp, state)) < largest - 1e-9_wp, 'it is smaller before')
+      call check_close(error, abs(excess(where_it_is, state)), largest, 1e-11_wp, 'largest')
+      call check(error, abs(excess(where_it_is + 0.1_wp, state)) < largest - 1e-9_wp, 'it is smaller after')
 
    contains
 
-      !> θ - pM at a time, rad.
-      real(wp) function excess(t)
+      !> θ - pM at a time, rad; the state moves on to it.
+      real(wp) function excess(t, state)
          real(wp), intent(in) :: t
-         type(state_t) :: state
+         type(state_t), intent(inout) :: state
          type(status_t) :: status
-         state = scene%initial
          scene%plan%end_time = t
          call integrate(scene%system, scene%integrator, state, scene%plan, status)
          call check(error, status%ok(), trim(status%message))
@@ -233,7 +235,7 @@ contains
       call check_refusal(error, mars//", name = 'a' /"//nl//sun//", name = 'b' /", 'several orbits')
       call check_refusal(error, mars//' /'//nl//'&wheel axis = 0.0, 0.0, 1.0, inertia = 0.01 /', 'wheels')
       ! A torque spins the body up.
-      call check_refusal(error, mars//' /'//nl//'&torque body = 0.0, 0.0, 10.0 /', 'no periodic motion')
+      call check_refusal(error, mars//' /'//nl//'&torque body = 0.0, 0.0, 1.0 /', 'no periodic motion')
    end subroutine refused
 
    subroutine check_refusal(error, groups, words)

@@ -242,7 +242,7 @@ contains
       problem = all_effects(u)
       state = problem%start
       meter%inverse_j0 = way%inverse_j0(problem%system)
-      plan%end_time = merge(200.0_wp, 20.0_wp, whole)*u%t
+      plan%end_time = merge(200.0_wp, 10.0_wp, whole)*u%t
       if (kind == CONTROLLED) then
          plan%goal%local_tolerance = 1e-6_wp
       else

@@ -93,7 +93,7 @@ contains
          call skip_test(error, 'no numbers of 33 digits')
          return
       end if
-      do number = 1, merge(merge(130, 260, one_in() > 3), 2600, draws_fewer())
+      do number = 1, merge(merge(65, 260, one_in() > 3), 2600, draws_fewer())
          call try_case(1, number, tally)
       end do
       if (sum(tally%failures) > 0) call test_failed(error, trim(tally%message))

@@ -79,7 +79,7 @@ contains
       integer :: i, k
       call make_body(inertia, nominal, status)
       call make_body(self%inertia, system%body, status, mass=mass, center_of_mass=self%center)
-      allocate (kinds, source=effect_kinds())
+      allocate (kinds, source=effect_kinds(with_keys=.false.))
       do i = 1, size(self%groups)
          do k = 1, size(kinds)
             if (kinds(k)%group%name /= self%groups(i)%name) cycle
@@ -263,7 +263,8 @@ contains
          if (.not. in_turn(m + len(label))) cycle
          if (settings(m)%method == 'taylor') varied%groups = without_controllers(variant)
          call varied%build(system, state, status)
-         call list_variations(varied, system, columns, shifted, shifts, error)
+         if (settings(m)%method == 'taylor' .or. .not. allocated(columns)) &
+            call list_variations(varied, system, columns, shifted, shifts, error)
          if (allocated(error)) return
          call tangent%begin(system, state, columns, status)
          if (status%ok()) call make_stepper(system, settings(m), stepper, status)
