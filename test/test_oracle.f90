@@ -168,7 +168,7 @@ contains
             if (is_last) return
             t = t + h
          end if
-         step = h*min(2.0_wp, factor)
+         step = h*min(5.0_wp, factor)
       end do
    end subroutine go
 
