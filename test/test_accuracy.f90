@@ -66,9 +66,9 @@ contains
    !> Checks the oracle against digits of an independent integration (suite `control`).
    subroutine oracle_knows_the_top(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(qp) :: q(4)
-      problem = precessing_top()
+      problem => precessing_top()
       if (.not. has_oracle) then
          call skip_test(error, "no kind of 33 digits")
          return

@@ -14,6 +14,7 @@ module test_attack_run
    use nutate_status, only: status_t
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_attack_oracle, only: branch_t, oracle_t, REACHED, ENDED, LOST
+   use test_problems, only: new_system
    implicit none
    private
 
@@ -130,11 +131,12 @@ contains
       !> Repeats the case.
       character(len=*), intent(in) :: command
       type(tally_t), intent(inout) :: tally
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(walker_t) :: walkers(size(solvers))
       real(wp) :: weights(most_stages)
       integer :: n, step, stage
       logical :: ok
+      system => new_system()
       tally%cases = tally%cases + 1
       tally%command = command
       tally%step = 0

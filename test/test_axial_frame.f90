@@ -22,7 +22,8 @@ submodule(suites_of_methods) test_axial_frame
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_controlled_run, only: recorder_t, run_to
-   use test_problems, only: body_momentum, bruls_top, free_body, make_state, march, problem_t, simo_top, system_t
+   use test_problems, only: body_momentum, bruls_top, free_body, make_state, march, new_problem, problem_t, simo_top, &
+      system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -64,15 +65,15 @@ contains
 
    subroutine recognised_by_moments(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp), parameter :: at_rest(3) = 0.0_wp, above = 2.0_wp*(1 + eps)
       real(wp) :: tensor(3, 3)
       integer :: axis
       do axis = 1, 3
-         problem = free_body(cshift([2.0_wp, 2.0_wp, 1.0_wp], -axis), at_rest)
+         problem => free_body(cshift([2.0_wp, 2.0_wp, 1.0_wp], -axis), at_rest)
          call check(error, axis_of(problem%system), axis, "two equal moments")
-         problem = free_body(cshift([2.0_wp, above, 1.0_wp], -axis), at_rest)
+         problem => free_body(cshift([2.0_wp, above, 1.0_wp], -axis), at_rest)
          call check(error, axis_of(problem%system), 0, "nearly equal moments")
       end do
       tensor = reshape([2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.5_wp, 0.5_wp, 0.0_wp, 0.5_wp, 1.5_wp], [3, 3])
@@ -83,10 +84,10 @@ contains
    !> Checks each effect alone on a body with axis 3, with parameters that are symmetric about it and with others.
    subroutine recognised_by_effects(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: symmetric, other
+      type(problem_t), pointer :: symmetric, other
       real(wp), parameter :: at_rest(3) = 0.0_wp, down(3) = [0.0_wp, 0.6_wp, -0.8_wp]
-      symmetric = free_body([2.0_wp, 2.0_wp, 1.0_wp], at_rest)
-      other = free_body([2.0_wp, 1.5_wp, 1.0_wp], at_rest)
+      symmetric => free_body([2.0_wp, 2.0_wp, 1.0_wp], at_rest)
+      other => free_body([2.0_wp, 1.5_wp, 1.0_wp], at_rest)
       call expect(dipole_t([0.0_wp, 0.0_wp, 2.0_wp], down), 3)
       call expect(dipole_t([1e-9_wp, 0.0_wp, 2.0_wp], down), 0)
       call expect(gravity_gradient_t(symmetric%system%body, down, 1.0_wp), 3)
@@ -113,10 +114,12 @@ contains
    end subroutine recognised_by_effects
 
    !> A body of axis `axis` with effects of every kind that are symmetric about it.
-   type(problem_t) function symmetric_body(axis) result(problem)
+   function symmetric_body(axis) result(problem)
       integer, intent(in) :: axis
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: along(3)
+      problem => new_problem()
       along = 0.0_wp
       along(axis) = 1.0_wp
       call make_body(diagonal(2.0_wp - 0.8_wp*along), problem%system%body, status)
@@ -135,7 +138,7 @@ contains
 
    subroutine agrees_with_dop853(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(dop853_t) :: dop853
       class(stepper_t), allocatable :: taylor
       type(state_t) :: a, b
@@ -143,7 +146,7 @@ contains
       real(wp) :: work_a(3), work_b(3)
       integer :: axis, i
       do axis = 1, 3
-         problem = symmetric_body(axis)
+         problem => symmetric_body(axis)
          call check(error, axis_of(problem%system), axis, "no axis")
          call make_stepper(problem%system, default_settings('taylor'), taylor, status)
          call dop853%prepare(problem%system, integrator_settings_t(), status)
@@ -170,7 +173,7 @@ contains
    !> The top of Simo and Wong, 3 s; halved steps divide the error by 2 to the order.
    subroutine exact_top_and_order(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: stepper
       type(lagrange_top_t) :: top
@@ -178,7 +181,7 @@ contains
       type(status_t) :: status
       real(wp) :: q(4), momentum(3), errors(2)
       integer :: order, k
-      problem = simo_top()
+      problem => simo_top()
       call top%prepare(5.0_wp, 1.0_wp, 20.0_wp, problem%start%q, body_momentum(problem%start), status)
       call top%evaluate(3.0_wp, q, momentum)
       settings = default_settings('taylor')
@@ -201,7 +204,7 @@ contains
 
    subroutine free_body_in_one_step(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(free_body_t) :: solution
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
@@ -210,7 +213,7 @@ contains
       real(wp) :: q(4), momentum(3)
       integer :: axis
       do axis = 1, 3
-         problem = free_body(cshift([2.0_wp, 2.0_wp, 1.0_wp], -axis), [1.0_wp, -2.0_wp, 3.0_wp])
+         problem => free_body(cshift([2.0_wp, 2.0_wp, 1.0_wp], -axis), [1.0_wp, -2.0_wp, 3.0_wp])
          call solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), status)
          call run_to(problem, default_settings('taylor'), &
                      run_plan_t(end_time=50.0_wp, goal=run_goal_t(local_tolerance=1e-6_wp)), recorder, state, summary, &
@@ -225,7 +228,7 @@ contains
    !> The top of Brüls turns by 300 rad in 2 s.
    subroutine few_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: recorder
       type(run_summary_t) :: few, many
       type(state_t) :: a, b
@@ -233,7 +236,7 @@ contains
       type(run_plan_t), parameter :: plan = run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-12_wp))
       real(wp), parameter :: q(4) = [0.122947135041533467_wp, -0.491079892550027015_wp, 0.350430030343620962_wp, &
                                      -0.787986887550485669_wp]
-      problem = bruls_top()
+      problem => bruls_top()
       call run_to(problem, default_settings('taylor'), plan, recorder, a, few, status)
       call check(error, status%ok(), trim(status%message))
       call check_below(error, attitude_distance(a%q, q), 5e-12_wp, "attitude")
@@ -294,10 +297,10 @@ contains
    !> row has the angles of its state; steps turn by far more.
    subroutine turns_are_followed(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: plan
       integer :: i
-      problem = bruls_top()
+      problem => bruls_top()
       do i = 1, 3
          plan = run_plan_t(end_time=merge(2.0_wp, -2.0_wp, i < 3), goal=run_goal_t(local_tolerance=1e-8_wp))
          if (i > 1) plan%interval = 0.05_wp

@@ -14,8 +14,8 @@ submodule(suites_of_runs) test_baselines
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use test_problems, only: body_momentum, box, bruls_top, forced_body, free_body, make_state, march, problem_t, &
-      total_energy
+   use test_problems, only: body_momentum, box, bruls_top, forced_body, free_body, make_state, march, new_problem, &
+      problem_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -159,12 +159,12 @@ contains
    !> Two methods that have nothing in common, where both are at round-off.
    subroutine as_the_conserving_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(composition_t) :: composition
       type(dop853_t) :: dop853
       type(state_t) :: a, b
       type(status_t) :: status
-      problem = forced_body()
+      problem => forced_body()
       composition = conserving()
       a = problem%start
       b = problem%start
@@ -201,12 +201,12 @@ contains
       class(stepper_t), intent(inout) :: stepper
       real(wp), intent(in) :: t
       integer, intent(in) :: n
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: work(2)
       integer :: i
-      problem = forced_body()
+      problem => forced_body()
       state = problem%start
       work = 0.0_wp
       call stepper%prepare(problem%system, integrator_settings_t(), status)
@@ -248,13 +248,14 @@ contains
    !> The steps end next to the window, which the middle of a step decides on.
    subroutine torques_are_asked_within_their_window(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       type(watchful_torque_t) :: torque
       real(wp) :: work
       integer :: i, k
+      problem => new_problem()
       torque%name = 'torque'
       torque%amplitude = [0.0_wp, 0.0_wp, 5.0_wp]
       torque%start = 0.301_wp
@@ -289,12 +290,12 @@ contains
 
    subroutine middle_of_the_whole_decides(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = box()
+      problem => box()
       call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[1.0_wp, 2.0_wp, 3.0_wp], &
                                                        start=0.0_wp, stop=1.0_wp))
       do i = 1, 2
@@ -312,12 +313,12 @@ contains
    !> A body that spins about a principal axis: L is constant for every method, and so it stays but for round-off.
    subroutine momentum_does_not_drift_by_the_norm(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 1.0_wp])
+      problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 1.0_wp])
       do i = 1, 2
          call make_baseline(i, stepper)
          call stepper%prepare(problem%system, integrator_settings_t(), status)
@@ -331,12 +332,12 @@ contains
    subroutine a_step_can_be_undone(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: steps(2) = [0.01_wp, 0.05_wp], tolerances(2) = [1e-7_wp, 1e-9_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = forced_body()
+      problem => forced_body()
       do i = 1, 2
          call make_baseline(i, stepper)
          call stepper%prepare(problem%system, integrator_settings_t(), status)
@@ -351,12 +352,12 @@ contains
 
    subroutine momentum_alone_as_with_attitude(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: a, b
       type(status_t) :: status
       integer :: i
-      problem = box()
+      problem => box()
       call problem%system%effects%add(damping_t([0.1_wp, 0.2_wp, 0.3_wp]))
       do i = 1, 2
          call make_baseline(i, stepper)
@@ -384,21 +385,21 @@ contains
 
    subroutine not_finite_is_reported(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: nan
       nan = ieee_value(nan, ieee_quiet_nan)
-      problem = box()
+      problem => box()
       call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[nan, 0.0_wp, 0.0_wp]))
       call check_failure(error, problem, 0.01_wp, NUTATE_NOT_FINITE)
    end subroutine not_finite_is_reported
 
    subroutine states_off_the_constraints_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = box()
+      type(problem_t), pointer :: problem
+      problem => box()
       problem%start%q = 1.001_wp*problem%start%q
       call check_failure(error, problem, 0.01_wp, NUTATE_BAD_ARGUMENT)
-      problem = box()
+      problem => box()
       problem%start%p = problem%start%p + problem%start%q
       call check_failure(error, problem, 0.01_wp, NUTATE_BAD_ARGUMENT)
    end subroutine states_off_the_constraints_are_refused

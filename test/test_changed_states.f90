@@ -47,7 +47,7 @@ contains
    subroutine long_quaternions(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: states(3)
       class(run_t), allocatable :: run
       type(status_t) :: status
@@ -58,7 +58,7 @@ contains
       call ieee_get_halting_mode(ieee_usual, halting)
       call ieee_set_halting_mode(ieee_usual, .false.)
       do i = 1, size(methods)
-         problem = problem_for(methods(i))
+         problem => problem_for(methods(i))
          states = problem%start
          states(1) = make_state(problem%system, 2*problem%start%q, [0.1_wp, 0.2_wp, 3.0_wp])
          states(2) = make_state(problem%system, 1.001_wp*problem%start%q, [0.1_wp, 0.2_wp, 3.0_wp])
@@ -92,10 +92,10 @@ contains
       type(method_t), intent(in) :: method
       real(wp), parameter :: dt = 1e-3_wp
       class(stepper_t), allocatable :: stepper, other
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, later
       type(status_t) :: status
-      problem = problem_for(method)
+      problem => problem_for(method)
       call prepare(problem, method, stepper, status)
       call prepare(problem, method, other, status)
       state = problem%start
@@ -110,10 +110,11 @@ contains
    end subroutine check_clock
 
    !> A problem that a method can solve.
-   type(problem_t) function problem_for(method) result(problem)
+   function problem_for(method) result(problem)
       type(method_t), intent(in) :: method
-      problem = fast_top()
-      if (method%name == 'exact') problem = box()
+      type(problem_t), pointer :: problem
+      problem => fast_top()
+      if (method%name == 'exact') problem => box()
    end function problem_for
 
    subroutine prepare(problem, method, stepper, status)
@@ -132,13 +133,13 @@ contains
       character(len=*), intent(in) :: breakage
       real(wp), parameter :: dt = 1e-3_wp
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: sound, broken, before
       real(wp) :: broken_step
       type(status_t) :: status
       character(len=:), allocatable :: label
       label = breakage//' for '//trim(method%name)//' ('//trim(method%equations)//')'
-      problem = problem_for(method)
+      problem => problem_for(method)
       call prepare(problem, method, stepper, status)
       call check(error, status%ok(), label//': '//status%message)
       if (allocated(error)) return

@@ -86,13 +86,13 @@ contains
 
    subroutine free_body_is_solved(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = box()
+      type(problem_t), pointer :: problem
+      problem => box()
       call expect(error, problem, 20.0_wp, 1e-4_wp, 'exact', 'closed solution')
       ! Moments too far apart for the closed solution.
-      problem = free_body([1e-70_wp, 1.0_wp, 1.0_wp], [0.0_wp, 1.0_wp, 1.0_wp])
+      problem => free_body([1e-70_wp, 1.0_wp, 1.0_wp], [0.0_wp, 1.0_wp, 1.0_wp])
       call expect(error, problem, 20.0_wp, 1e-4_wp, 'dop853', 'threshold 1e-8')
-      problem = box()
+      problem => box()
       call problem%system%effects%add(rotor_t(name='rotor', momentum=[1.0_wp, 0.0_wp, 0.0_wp]))
       call expect(error, problem, 5.0_wp, 1e-4_wp, 'dop853', 'threshold 1e-8')
       call expect(error, problem, 20.0_wp, 1e-4_wp, 'dop853', 'threshold 1e-6')
@@ -100,15 +100,15 @@ contains
 
    subroutine tops_take_series(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = bruls_top()
+      type(problem_t), pointer :: problem
+      problem => bruls_top()
       call expect(error, problem, 40.0_wp, 1e-1_wp, 'taylor', 'slow motion')
       call expect(error, problem, -0.1_wp, 9e-10_wp, 'taylor', 'slow motion')
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
       call expect(error, problem, 2.0_wp, 1e-1_wp, 'taylor', 'slow motion')
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=[0.1_wp, -0.2_wp, 0.3_wp]))
       call expect(error, problem, 2.0_wp, 1e-1_wp, 'taylor', 'slow motion')
-      problem = bruls_top()
+      problem => bruls_top()
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
       ! This damping is not symmetric about the axis of the body; the motions rotate by 250 rad and 50 rad.
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.2_wp]))
@@ -120,12 +120,12 @@ contains
    !> A top turns by 14 rad/s in the frame that does not spin; what swings, by 8 rad/s at most.
    subroutine smooth_motions_take_equal_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = bruls_top()
+      type(problem_t), pointer :: problem
+      problem => bruls_top()
       call expect(error, problem, 2.0_wp, 1e-1_wp, 'rk8', 'equal steps')
       call expect(error, problem, -0.1_wp, 1e-9_wp, 'rk8', 'equal steps')
       call expect(error, problem, 2.0_wp, 1e-6_wp, 'taylor', 'slow motion', at_end=.false.)
-      problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 4.0_wp, 0.0_wp]))
       call expect(error, problem, 20.0_wp, 1e-2_wp, 'rk8', 'equal steps')
       call expect(error, problem, 20.0_wp, 1e-10_wp, 'rk8', 'equal steps')
@@ -143,7 +143,7 @@ contains
    subroutine late_torques_take_series(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: starts(4) = [0.0_wp, 1e5_wp, 2e7_wp, 1.7e9_wp], accuracy = 1e-8_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(applied_torque_t) :: torque
       type(run_summary_t) :: summary
       type(run_plan_t) :: plan
@@ -151,7 +151,7 @@ contains
       type(state_t) :: last
       real(wp) :: first(4)
       integer :: i
-      problem = free_body([2.0_wp, 3.0_wp, 4.0_wp], [0.1_wp, 0.2_wp, 1.0_wp])
+      problem => free_body([2.0_wp, 3.0_wp, 4.0_wp], [0.1_wp, 0.2_wp, 1.0_wp])
       torque%name = 'torque'
       torque%amplitude = [1.0_wp, 0.0_wp, 0.0_wp]
       torque%frequency = 1.0_wp
@@ -174,14 +174,14 @@ contains
    !> Turns of many revolutions, swings of many periods; and torques alone, whose motion dies out.
    subroutine long_motions_take_series(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       call expect(error, forced_body(), 1000.0_wp, 1e-6_wp, 'taylor', 'from 1e-6')
       call expect(error, forced_body(), 1000.0_wp, 1.1e-6_wp, 'dop853', 'threshold 1e-6')
-      problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 4.0_wp, 0.0_wp]))
       call expect(error, problem, 80.0_wp, 1e-3_wp, 'taylor', 'from 1e-3')
       call expect(error, problem, 40.0_wp, 1e-3_wp, 'dop853', 'threshold 1e-8')
-      problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 30.0_wp, 1.0_wp])
+      problem => free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 30.0_wp, 1.0_wp])
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
       call expect(error, problem, 20.0_wp, 1.1e-9_wp, 'dop853', 'threshold 1e-9')
       call expect(error, problem, 20.0_wp, 1e-9_wp, 'taylor', 'from 1e-9')
@@ -189,13 +189,13 @@ contains
 
    subroutine without_series_dop853(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(own_potential_t) :: own
-      problem = bruls_top()
+      problem => bruls_top()
       own%name = 'own'
       call problem%system%effects%add(own)
       call expect(error, problem, 2.0_wp, 1e-12_wp, 'dop853', "effect 'own' has no series")
-      problem = box()
+      problem => box()
       own%name = ''
       call problem%system%effects%add(own)
       call expect(error, problem, 2.0_wp, 1e-12_wp, 'dop853', "effect 'unnamed' has no series")
@@ -205,13 +205,13 @@ contains
    !> coefficients drive.
    subroutine strong_damping_takes_implicit_step(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      type(problem_t), pointer :: problem
+      problem => free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
       call problem%system%effects%add(damping_t([1000.0_wp, 0.0_wp, 0.0_wp]))
       call expect(error, problem, 100.0_wp, 1e-2_wp, 'nielsen_krenk', 'strong damping')
       call expect(error, problem, -100.0_wp, 1e-2_wp, 'nielsen_krenk', 'strong damping')
       call expect(error, problem, 100.0_wp, 1e-4_wp, 'dop853', 'threshold 1e-9')
-      problem = free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      problem => free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
       call problem%system%effects%add(damping_t([-1000.0_wp, 0.0_wp, 0.0_wp]))
       call expect(error, problem, 100.0_wp, 1e-2_wp, 'dop853', 'threshold 1e-9')
    end subroutine strong_damping_takes_implicit_step
@@ -219,9 +219,9 @@ contains
    subroutine other_settings_are_kept(error)
       type(error_type), allocatable, intent(out) :: error
       type(integrator_settings_t) :: settings
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       character(len=:), allocatable :: reason
-      problem = forced_body()
+      problem => forced_body()
       settings = integrator_settings_t(method=AUTOMATIC_METHOD, inverse_auxiliary_inertia=0.25_wp, attitude=.false., &
                                        tolerance=1e-9_wp, max_iterations=7)
       call choose_method(problem%system, problem%start, 1.0_wp, 1e-9_wp, settings, reason)
@@ -234,18 +234,18 @@ contains
    subroutine extreme_input(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: sizes(3) = [1e-100_wp, 1.0_wp, 1e100_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       character(len=:), allocatable :: reason
       integer :: i, j, k
       do i = 1, 3
          do j = 1, 3
             do k = 1, 3
-               problem = bruls_top()
+               problem => bruls_top()
                problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
                                           [0.0_wp, sizes(k), 0.0_wp])
                call choose_method(problem%system, problem%start, sizes(i), min(sizes(j), 0.5_wp), settings, reason)
-               problem = free_body(sizes(i)*[1.0_wp, 1.0_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+               problem => free_body(sizes(i)*[1.0_wp, 1.0_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
                call problem%system%effects%add(damping_t(sizes(j)*[1.0_wp, 1.0_wp, 1.0_wp]))
                call choose_method(problem%system, problem%start, sizes(k), 1e-300_wp, settings, reason)
             end do
@@ -338,12 +338,12 @@ contains
 
    subroutine fixed_steps_take_order_2(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: states(2)
       type(run_summary_t) :: summary
       type(status_t) :: status
       type(run_plan_t) :: plan
-      problem = box()
+      problem => box()
       states = problem%start
       plan = run_plan_t(end_time=0.5_wp, time_step=0.01_wp)
       call integrate(problem%system, integrator_settings_t(), states(1), plan, status, summary=summary)
@@ -370,12 +370,12 @@ contains
    !> Steps that are rows turn by a radian.
    subroutine closed_solution_with_accuracy(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(spectator_t) :: spectator
       type(state_t) :: state, last
       type(run_summary_t) :: summary
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call spectator%solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), &
                                       status, problem%system%body%axes)
       spectator%compares = .true.
@@ -401,13 +401,13 @@ contains
    !> rounded.
    subroutine no_row_next_to_the_end(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(spectator_t) :: spectator
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(status_t) :: status
       integer :: k
-      problem = box()
+      problem => box()
       problem%start%t = 1e7_wp
       do k = -1, 1
          spectator%rows = 0
@@ -422,12 +422,12 @@ contains
    !> Order 8 on damping so strong that its steps have one length whatever the rate.
    subroutine trial_runs_alike(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(spectator_t) :: spectator
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(status_t) :: status
-      problem = free_body([3.75e-3_wp, 3.75e-3_wp, 7.5e-3_wp], [0.01_wp, 0.0_wp, 0.3_wp])
+      problem => free_body([3.75e-3_wp, 3.75e-3_wp, 7.5e-3_wp], [0.01_wp, 0.0_wp, 0.3_wp])
       call problem%system%effects%add(damping_t([1.0_wp, 1.0_wp, 1.0_wp]))
       call run(problem, 'nielsen_krenk', run_plan_t(end_time=3.0_wp, goal=run_goal_t(accuracy=1e-2_wp)), spectator, &
                state, summary, status)
@@ -439,12 +439,12 @@ contains
    !> where their steps are at round-off.
    subroutine chaos_is_not_called_solved(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(spectator_t) :: spectator
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(status_t) :: status
-      problem = forced_body()
+      problem => forced_body()
       call problem%system%effects%add(spring_t([0.4_wp, 0.1_wp, -0.6_wp], [0.5_wp, 1.0_wp, -0.8_wp], 1e5_wp, 0.7_wp))
       call run(problem, 'taylor', run_plan_t(end_time=20.0_wp, goal=run_goal_t(accuracy=1e-4_wp)), spectator, state, &
                summary, status)

@@ -68,8 +68,8 @@ contains
 
    subroutine orders_with_damping(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = bruls_top()
+      type(problem_t), pointer :: problem
+      problem => bruls_top()
       call problem%system%effects%add(damping_t([0.3_wp, 0.1_wp, 0.2_wp]))
       call check_orders(error, problem, 0.2_wp, [80, 40, 30])
    end subroutine orders_with_damping
@@ -148,11 +148,11 @@ contains
 
    subroutine composed_step_can_be_undone(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
-      problem = bruls_top()
+      problem => bruls_top()
       call make_stepper(problem%system, integrator_settings_t(order=6), stepper, status)
       state = problem%start
       call march(problem%system, stepper, state, 0.005_wp, 20, status)
@@ -163,11 +163,11 @@ contains
 
    subroutine failed_stage_leaves_the_state(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call make_stepper(problem%system, integrator_settings_t(order=8), stepper, status)
       state = problem%start
       call stepper%step(problem%system, state, 2.0_wp, status)
@@ -177,10 +177,10 @@ contains
 
    subroutine other_orders_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call make_stepper(problem%system, integrator_settings_t(order=10), stepper, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
    end subroutine other_orders_are_refused

@@ -9,8 +9,8 @@ submodule(suites_of_runs) test_conservation
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: angular_velocity, body_momentum, box, fast_top, make_state, march, precessing_top, &
-      problem_t, solve
+   use test_problems, only: angular_velocity, body_momentum, box, fast_top, make_state, march, new_problem, &
+      precessing_top, problem_t, solve
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -50,8 +50,8 @@ contains
 
    subroutine tops_keep_energy_and_l3(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: top
-      top = precessing_top()
+      type(problem_t), pointer :: top
+      top => precessing_top()
       call check_invariants(error, top, 0.001_wp, 2000, 0.0_wp, 1e-13_wp)
       call check_invariants(error, top, 0.001_wp, 2000, 0.1_wp/top%system%body%moments(1), 1e-13_wp)
       call check_invariants(error, fast_top(), 0.001_wp, 2000, 0.0_wp, 1e-13_wp)
@@ -158,14 +158,14 @@ contains
    subroutine norm_error_follows_the_law(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: off = 4e-6_wp, dt = 0.01_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(nielsen_krenk_t) :: stepper
       type(integrator_settings_t) :: settings
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: before(4), sum, law
       integer :: decade, i
-      problem = box()
+      problem => box()
       problem%start%p = problem%start%p + off*problem%start%q
       do decade = -2, 2
          settings%inverse_auxiliary_inertia = 1/(20*10.0_wp**decade)
@@ -186,11 +186,11 @@ contains
    subroutine orthogonality_does_not_depend_on_j0(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: off = 4e-6_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       integer :: decade
-      problem = box()
+      problem => box()
       problem%start%p = problem%start%p + off*problem%start%q
       do decade = -2, 2
          call solve(problem, 0.01_wp, 500, state, status, 1/(20*10.0_wp**decade))
@@ -229,8 +229,10 @@ contains
 
    subroutine molecule_and_planet_in_si_units(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: water, earth
+      type(problem_t), pointer :: water, earth
       type(status_t) :: status
+      water => new_problem()
+      earth => new_problem()
       ! H₂O: a flat molecule, 300 K.
       call make_body(diagonal([1.022e-47_wp, 1.918e-47_wp, 2.940e-47_wp]), water%system%body, status)
       water%start = make_state(water%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1.2e13_wp, 1.5e13_wp, -0.8e13_wp])
@@ -247,10 +249,11 @@ contains
    subroutine scaled_units_change_no_digit(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: inertia = 2.0_wp**(-150), time = 0.125_wp
-      type(problem_t) :: plain, scaled
+      type(problem_t), pointer :: plain, scaled
       type(state_t) :: a, b
       type(status_t) :: status
-      plain = box()
+      scaled => new_problem()
+      plain => box()
       call make_body(inertia*plain%system%body%inertia, scaled%system%body, status)
       scaled%start = make_state(scaled%system, plain%start%q, angular_velocity(plain%system, plain%start)/time)
       call solve(plain, 0.05_wp, 500, a, status)

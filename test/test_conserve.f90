@@ -12,8 +12,8 @@ submodule(suites_of_runs) test_conserve
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
    use test_conserving_runs, only: check_guard, check_run, get_stepper, go, guard_row, guard_t, methods, round_off
-   use test_problems, only: body_momentum, box, bruls_top, forced_body, free_body, make_state, march, problem_t, &
-      simo_top, total_energy
+   use test_problems, only: body_momentum, box, bruls_top, forced_body, free_body, make_state, march, new_problem, &
+      problem_t, simo_top, total_energy
    use test_shipped_scenes, only: scene_names
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
@@ -114,13 +114,13 @@ contains
    subroutine work_and_energy_as_by_another(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: tolerances(2) = [2e-6_wp, 2e-10_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energies(3, 3)
       integer :: i, m
-      problem = forced_body()
+      problem => forced_body()
       do m = 1, 3
          if (m == 1) call make_stepper(problem%system, integrator_settings_t(order=8, formulation='reduced'), &
                                        stepper, status)
@@ -146,12 +146,12 @@ contains
    subroutine there_and_back(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: steps(2) = [0.01_wp, 0.05_wp], tolerances(2) = [1e-7_wp, 1e-9_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: m
-      problem = forced_body()
+      problem => forced_body()
       do m = 1, 2
          call get_stepper(problem, methods(m), .true., stepper, status)
          state = problem%start
@@ -186,7 +186,7 @@ contains
    !> Without attitude: |L| and T of a free body; with damping the account of its work; q is not touched.
    subroutine momentum_alone(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(integrator_settings_t) :: settings
       type(state_t) :: state, with
@@ -194,7 +194,7 @@ contains
       type(run_summary_t) :: summary
       type(status_t) :: status
       integer :: k, m
-      problem = box()
+      problem => box()
       do k = 1, 2
          do m = 1, 2
             settings = default_settings(methods(m))
@@ -218,18 +218,19 @@ contains
    !> Steps chosen by Richardson's halves and by an estimate, with tries rejected and rows between the steps.
    subroutine controlled_runs(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       type(guard_t) :: guard
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
       integer :: k, m, rejected
+      problem => new_problem()
       rejected = 0
       do k = 1, 3
-         if (k == 1) problem = box()
-         if (k == 2) problem = bruls_top()
-         if (k == 3) problem = forced_body()
+         if (k == 1) problem => box()
+         if (k == 2) problem => bruls_top()
+         if (k == 3) problem => forced_body()
          do m = 1, 2
             settings = default_settings(methods(m))
             settings%conserve = .true.
@@ -250,7 +251,7 @@ contains
    !> Every step is taken twice, the first time twice as long: targets are those of the first state all the same.
    subroutine a_step_tried_again(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state, try
       type(status_t) :: status
@@ -260,8 +261,8 @@ contains
       integer :: i, k
       do k = 1, 2
          compensation = 0.0_wp
-         problem = box()
-         if (k == 2) problem = forced_body()
+         problem => box()
+         if (k == 2) problem => forced_body()
          call get_stepper(problem, 'rk4', .true., stepper, status)
          state = problem%start
          record = run_record_t()
@@ -284,14 +285,14 @@ contains
    subroutine steps_aside_leave_no_trace(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=6), parameter :: names(3) = ['rk4   ', 'dop853', 'rk8   ']
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: tries, plain
       type(state_t) :: a, b, aside
       type(status_t) :: status, refused
       integer :: i, k, m
       do k = 1, 2
-         problem = box()
-         if (k == 2) problem = forced_body()
+         problem => box()
+         if (k == 2) problem => forced_body()
          do m = 1, size(names)
             call get_stepper(problem, names(m), .true., tries, status)
             call get_stepper(problem, names(m), .true., plain, status)
@@ -312,13 +313,13 @@ contains
    !> A stepper that is prepared for another system does not use the balance that a state brings along.
    subroutine another_system_starts_anew(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: first, second
+      type(problem_t), pointer :: first, second
       class(stepper_t), allocatable :: stepper
       type(state_t) :: a, b
       type(status_t) :: status
       integer :: m
-      first = box()
-      second = bruls_top()
+      first => box()
+      second => bruls_top()
       do m = 1, 2
          call get_stepper(first, methods(m), .true., stepper, status)
          a = first%start
@@ -343,12 +344,12 @@ contains
    !> A stepper that has been elsewhere gives the digits of a new one.
    subroutine another_state_starts_anew(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: used, fresh
       type(state_t) :: a, b
       type(status_t) :: status
       integer :: m
-      problem = forced_body()
+      problem => forced_body()
       do m = 1, 2
          call get_stepper(problem, methods(m), .true., used, status)
          call get_stepper(problem, methods(m), .true., fresh, status)
@@ -366,12 +367,12 @@ contains
    !> A torque with a window acts or not by the middle of the whole step, whatever the time.
    subroutine parts_are_known(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: m
-      problem = box()
+      problem => box()
       call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[1.0_wp, 2.0_wp, 3.0_wp], &
                                                        start=0.0_wp, stop=1.0_wp))
       do m = 1, 2
@@ -389,16 +390,17 @@ contains
    !> without the projection, invariants and account at round-off.
    subroutine implicit_steps_move_little(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       type(state_t) :: states(2)
       type(status_t) :: status
       type(guard_t) :: guard
       integer :: i, k, form
+      problem => new_problem()
       do i = 1, 4
-         if (i == 1) problem = box()
-         if (i == 2) problem = simo_top()
-         if (i >= 3) problem = forced_body()
+         if (i == 1) problem => box()
+         if (i == 2) problem => simo_top()
+         if (i >= 3) problem => forced_body()
          if (i == 4) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', &
                                                                       rate=[0.1_wp, -0.2_wp, 0.3_wp]))
          do form = 0, 11
@@ -422,10 +424,10 @@ contains
 
    subroutine only_where_it_has_a_use(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call get_stepper(problem, 'exact', .true., stepper, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
       call make_stepper(problem%system, integrator_settings_t(conserve=.true., projection=.false., &

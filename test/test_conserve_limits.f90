@@ -12,7 +12,8 @@ submodule(suites_of_runs) test_conserve_limits
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_OFF_BRANCH, status_t
    use test_conserving_runs, only: check_run, get_stepper, go, methods
-   use test_problems, only: body_momentum, forced_body, free_body, make_state, problem_t, simo_top, total_energy
+   use test_problems, only: body_momentum, forced_body, free_body, make_state, new_problem, problem_t, simo_top, &
+      total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -39,13 +40,13 @@ contains
       real(wp), parameter :: axes(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
                                                    1.0_wp], [3, 3]), nothing(3) = 0.0_wp
       real(wp), parameter :: up(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], down(4) = [0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp]
-      type(problem_t) :: top
+      type(problem_t), pointer :: top
       integer :: i
       do i = 1, 3
          call check_spin(error, free_body([0.6_wp, 0.8_wp, 1.0_wp], axes(:, i)))
       end do
       call check_spin(error, free_body([0.6_wp, 0.8_wp, 1.0_wp], nothing))
-      top = simo_top()
+      top => simo_top()
       do i = 1, 3
          if (allocated(error)) return
          if (i == 1) top%start = make_state(top%system, up, [0.0_wp, 0.0_wp, 50.0_wp])
@@ -74,13 +75,13 @@ contains
    !> the attitude than the method's own error, whatever it takes for energy.
    subroutine next_to_equilibria(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: plain, corrected
       real(wp) :: tilt
       integer :: k
       do k = 0, 12, 2
          tilt = 10.0_wp**(-k)
-         problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.1_wp*tilt, 0.2_wp*tilt, 1.0_wp])
+         problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.1_wp*tilt, 0.2_wp*tilt, 1.0_wp])
          call go(error, problem, 'rk4', .true., 0.1_wp, 2000, corrected)
          call go(error, problem, 'dop853', .false., 0.05_wp, 4000, plain)
          call check_below(error, attitude_distance(corrected%q, plain%q), 1e-4_wp, "spin")
@@ -110,14 +111,14 @@ contains
    subroutine large_errors_are_removed(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: tilts(3) = [0.05_wp, 0.1_wp, 0.5_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(invariant_projection_t) :: projection
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
       integer :: i, k
       do i = 1, size(tilts)
-         problem = free_body([5.0_wp, 20.0_wp, 17.0_wp], &
+         problem => free_body([5.0_wp, 20.0_wp, 17.0_wp], &
                              170*[sin(tilts(i))*0.8_wp, sin(tilts(i))*0.6_wp, cos(tilts(i))])
          energy = total_energy(problem%system, problem%start)
          call projection%prepare(problem%system, .true., .false.)
@@ -145,12 +146,12 @@ contains
    !> A step so long that the energy is beyond reach: through the stepper the state stays, and so do the targets.
    subroutine long_moves_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper, fresh
       type(state_t) :: a, b
       type(status_t) :: status
       integer :: k
-      problem = forced_body()
+      problem => forced_body()
       call get_stepper(problem, 'rk4', .true., stepper, status)
       call get_stepper(problem, 'rk4', .true., fresh, status)
       a = problem%start
@@ -171,11 +172,11 @@ contains
    !> A plane pendulum: at the bottom of each swing no turn changes its energy, at the end of each no momentum does.
    subroutine pendulum_keeps_the_order(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: reference, state
       real(wp) :: errors(2, 2)
       integer :: k, m
-      problem = simo_top()
+      problem => simo_top()
       problem%start = make_state(problem%system, [cos(0.4_wp*pi), sin(0.4_wp*pi), 0.0_wp, 0.0_wp], &
                                  [0.0_wp, 0.0_wp, 0.0_wp])
       call go(error, problem, 'dop853', .false., 0.01_wp, 2000, reference)
@@ -194,14 +195,14 @@ contains
    !> wrong by 1000 ε is not met there.
    subroutine round_off_moves_nothing(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(invariant_projection_t) :: projection
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
       integer :: k
       do k = 6, 10
-         problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, merge(0.0_wp, 0.1_wp**k, k == 10), 1.0_wp])
+         problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, merge(0.0_wp, 0.1_wp**k, k == 10), 1.0_wp])
          energy = total_energy(problem%system, problem%start)
          state = problem%start
          call projection%prepare(problem%system, .true., .false.)
@@ -218,12 +219,12 @@ contains
    subroutine any_length_is_put_right(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: lengths(4) = [1 + 3e-9_wp, 1 - 3e-9_wp, 1.01_wp, 0.5_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(invariant_projection_t) :: projection
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = simo_top()
+      problem => simo_top()
       call projection%prepare(problem%system, .true., .false.)
       do i = 1, size(lengths)
          state = problem%start
@@ -244,12 +245,13 @@ contains
    subroutine steady_rod(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: thin(3) = [0.3_wp, 1e-2_wp, 1e-3_wp], rate = 1.7_wp, duration = 60.0_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       type(integrator_settings_t) :: settings
       real(wp) :: axes(3, 3), omega(3)
       integer :: i, k
+      problem => new_problem()
       settings = default_settings('dop853')
       settings%conserve = .true.
       do i = 1, size(thin)
@@ -273,12 +275,12 @@ contains
    !> A refused state of 1e8 times the energy does not make a small error of the next one look like round-off.
    subroutine wild_state_leaves_no_trace(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(invariant_projection_t) :: projection
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
-      problem = simo_top()
+      problem => simo_top()
       energy = total_energy(problem%system, problem%start)
       call projection%prepare(problem%system, .true., .false.)
       call projection%follow(problem%system, problem%start)
@@ -297,12 +299,13 @@ contains
    !> The account of a free body ends where nothing is left of its energy, that of a pendulum where H has a minimum.
    subroutine damped_motions_come_to_rest(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       integer :: i, m
+      problem => new_problem()
       do i = 1, 2
-         if (i == 1) problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
-         if (i == 2) problem = simo_top()
+         if (i == 1) problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
+         if (i == 2) problem => simo_top()
          call problem%system%effects%add(damping_t([0.2_wp, 0.3_wp, 0.4_wp]*merge(1, 20, i == 1)))
          if (i == 2) problem%start = make_state(problem%system, [0.6_wp, 0.8_wp, 0.0_wp, 0.0_wp], &
                                                 [0.0_wp, 0.5_wp, 0.2_wp])

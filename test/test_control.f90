@@ -84,11 +84,11 @@ contains
    !> Checks the accuracy of the box, whose instability amplifies local errors, round-off included.
    subroutine accuracy_on_the_box(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(free_body_t) :: solution
       type(status_t) :: status
       real(wp) :: q(4), momentum(3)
-      problem = box()
+      problem => box()
       call solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), status)
       call solution%evaluate(5.0_wp, q, momentum)
       call check_accuracy(error, problem, 5.0_wp, q, finest=1e-10_wp)
@@ -97,13 +97,13 @@ contains
    !> Compares with order 8 at steps for 1e-13.
    subroutine accuracy_with_effects(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: reference
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(run_goal_t) :: goal
       type(status_t) :: status
-      problem = bruls_top()
+      problem => bruls_top()
       call problem%system%effects%add(damping_t([0.3_wp, 0.1_wp, 0.2_wp]))
       call problem%system%effects%add(spring_t([0.0_wp, 1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp], 40.0_wp, 0.5_wp))
       call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[3.0_wp, 1.0_wp, -2.0_wp], &
@@ -184,7 +184,7 @@ contains
    !> Rows between the steps: unit quaternions, at the times asked for, within the accuracy of the exact solution.
    subroutine rows_at_intervals(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(free_body_t) :: solution
       type(run_goal_t) :: goal
       type(recorder_t) :: recorder
@@ -193,7 +193,7 @@ contains
       type(status_t) :: status
       real(wp) :: q(4), momentum(3)
       integer :: i
-      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
+      problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
       call solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), status)
       goal = run_goal_t(accuracy=1e-9_wp)
       call run(problem, 6, 10.0_wp, goal, recorder, state, summary, status, interval=0.07_wp)
@@ -225,7 +225,7 @@ contains
    !> Compares each step of a free body with its exact solution from the start of that step.
    subroutine local_tolerance_bounds_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(free_body_t) :: solution
       type(run_goal_t) :: goal
       type(recorder_t) :: recorder
@@ -234,7 +234,7 @@ contains
       type(status_t) :: status
       real(wp) :: q(4), momentum(3), worst
       integer :: i
-      problem = box()
+      problem => box()
       goal%local_tolerance = 1e-7_wp
       call run(problem, 4, 1.5_wp, goal, recorder, state, summary, status)
       worst = 0.0_wp
@@ -252,13 +252,13 @@ contains
    !> A torque from 0.3 to 0.7 s on a body at rest: its momentum is the torque times 0.4 s to round-off.
    subroutine steps_end_where_torques_do(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[0.0_wp, 0.0_wp, 2.0_wp], &
                                                        start=0.3_wp, stop=0.7_wp))
       goal%local_tolerance = 1e-8_wp
@@ -270,19 +270,19 @@ contains
 
    subroutine goes_backwards(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      problem = bruls_top()
+      problem => bruls_top()
       goal%accuracy = 1e-10_wp
       call run(problem, 8, -0.3_wp, goal, recorder, state, summary, status)
       problem%start = state
       goal = run_goal_t(accuracy=1e-10_wp)
       call run(problem, 8, 0.0_wp, goal, recorder, state, summary, status)
-      problem = bruls_top()
+      problem => bruls_top()
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       call check_close(error, [state%t, state%q], [0.0_wp, problem%start%q], 2e-10_wp, "start")
@@ -290,13 +290,13 @@ contains
 
    subroutine bad_goals_and_limits(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      problem = bruls_top()
+      problem => bruls_top()
       state = problem%start
       call integrate(problem%system, of_order(4), state, run_plan_t(end_time=1.0_wp), status, recorder)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
@@ -312,12 +312,12 @@ contains
                                      run_plan_t(time_step=0.01_wp, end_time=1.0_wp, interval=0.05_wp), &
                                      run_plan_t(time_step=0.01_wp, end_time=1.0_wp, every=0), &
                                      run_plan_t(end_time=1.0_wp, every=0, goal=run_goal_t(local_tolerance=1e-6_wp))]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: recorder
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = bruls_top()
+      problem => bruls_top()
       do i = 1, size(plans)
          state = problem%start
          call integrate(problem%system, of_order(4), state, plans(i), status, recorder)
@@ -330,13 +330,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(run_goal_t), parameter :: goals(3) = [run_goal_t(), run_goal_t(local_tolerance=1e-6_wp), &
                                                  run_goal_t(accuracy=1e-6_wp)]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = bruls_top()
+      problem => bruls_top()
       do i = 1, size(goals)
          state = problem%start
          recorder%rows = 0
@@ -348,14 +348,14 @@ contains
 
    subroutine trial_runs_can_be_stopped(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(run_t), allocatable :: run_1
       type(stopper_t) :: stopper
       type(state_t) :: state
       type(status_t) :: status
       type(run_plan_t) :: plan
       allocate (run_1)
-      problem = bruls_top()
+      problem => bruls_top()
       plan = run_plan_t(end_time=0.5_wp, goal=run_goal_t(accuracy=1e-8_wp))
       call run_1%begin(problem%system, of_order(4), problem%start, plan, status)
       call run_1%find_steps(problem%system, status, stopper)
@@ -369,7 +369,7 @@ contains
 
    subroutine runs_in_parts(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(run_t), allocatable :: run_1
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
@@ -377,7 +377,7 @@ contains
       type(status_t) :: status
       type(run_plan_t) :: plan
       allocate (run_1)
-      problem = bruls_top()
+      problem => bruls_top()
       state = problem%start
       plan = run_plan_t(end_time=0.5_wp, interval=0.03_wp, goal=run_goal_t(accuracy=1e-8_wp))
       call integrate(problem%system, of_order(6), state, plan, status, recorder, summary)
@@ -393,10 +393,10 @@ contains
 
    subroutine search_has_a_limit(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
-      problem = bruls_top()
+      problem => bruls_top()
       state = problem%start
       call integrate(problem%system, default_settings('rk4'), state, &
                      run_plan_t(end_time=1.0_wp, max_steps=200_long, goal=run_goal_t(accuracy=1e-9_wp)), status)

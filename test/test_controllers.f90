@@ -16,8 +16,8 @@ submodule(suites_of_effects) test_controllers
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: angular_velocity, forced_body, kinetic_energy, make_state, problem_t, space_momentum, &
-      total_energy
+   use test_problems, only: angular_velocity, forced_body, kinetic_energy, make_state, new_problem, problem_t, &
+      space_momentum, total_energy
    use test_resume, only: check_run, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
@@ -54,10 +54,12 @@ contains
    end function pointing
 
    !> A body that turns about its axis 3, θ(0) = 1 rad, with a controller by torque or by a wheel.
-   type(problem_t) function plain_turn(controller, wheel) result(problem)
+   function plain_turn(controller, wheel) result(problem)
       type(controller_t), intent(in) :: controller
       type(wheel_t), intent(in), optional :: wheel
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal([4.0_wp, 5.0_wp, 3.0_wp]), problem%system%body, status)
       if (present(wheel)) call add_wheel(problem%system, wheel, status)
       call add_controller(problem%system, controller, status)
@@ -159,14 +161,16 @@ contains
    end subroutine wheels_hold_it
 
    !> A tumbling body with wheels on four inclined axes and a controller.
-   type(problem_t) function tumbling(controller, forced) result(problem)
+   function tumbling(controller, forced) result(problem)
       type(controller_t), intent(in) :: controller
       !> The body has every other kind of effect too.
       logical, intent(in), optional :: forced
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: axis(3)
       integer :: i
-      if (present(forced)) problem = forced_body()
+      problem => new_problem()
+      if (present(forced)) problem => forced_body()
       if (.not. present(forced)) call make_body(diagonal([4.0_wp, 5.0_wp, 3.0_wp]), problem%system%body, status)
       do i = 1, 4
          axis = [merge(1, -1, i < 3), merge(1, -1, mod(i, 2) == 0), 1]
@@ -183,7 +187,7 @@ contains
       type(controller_t) :: laws(4)
       type(state_t) :: wanted, state
       type(status_t) :: status
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: errors(2), step
       integer :: i, m, k
       laws(1) = pointing([4.0_wp, 5.0_wp, 3.0_wp], BY_TORQUE, 0.0_wp)
@@ -191,7 +195,7 @@ contains
       laws(3) = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETORQUERS, gain=1.5_wp, field=field)
       laws(4) = pointing([4.0_wp, 5.0_wp, 3.0_wp], BY_WHEELS, 0.0_wp)
       do i = 1, size(laws)
-         problem = tumbling(laws(i))
+         problem => tumbling(laws(i))
          wanted = problem%start
          call integrate(problem%system, integrator_settings_t(method='dop853', order=8, formulation=''), wanted, &
                         run_plan_t(time_step=0.005_wp, end_time=3.2_wp), status)
@@ -219,11 +223,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(state_t) :: wanted, state
       type(status_t) :: status
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: errors(2), step
       integer :: by, m, k
       do by = BY_TORQUE, BY_MAGNETORQUERS
-         problem = orbiting(by)
+         problem => orbiting(by)
          wanted = problem%start
          call integrate(problem%system, integrator_settings_t(method='dop853', order=8, formulation=''), wanted, &
                         run_plan_t(time_step=0.01_wp, end_time=4.0_wp), status)
@@ -245,11 +249,13 @@ contains
 
    !> A body on a fast eccentric orbit whose controller has a sample, its target seen from there, its field that of the
    !> Earth.
-   type(problem_t) function orbiting(by) result(problem)
+   function orbiting(by) result(problem)
       integer, intent(in) :: by
+      type(problem_t), pointer :: problem
       type(controller_t) :: controller
       type(kepler_orbit_t) :: path
       type(status_t) :: status
+      problem => new_problem()
       path = kepler_orbit_t(mu=0.4_wp, eccentricity=0.3_wp, inclination=0.5_wp, raan=0.3_wp, mean_anomaly=1.0_wp)
       call make_body(diagonal([4.0_wp, 5.0_wp, 3.0_wp]), problem%system%body, status)
       call problem%system%effects%add(orbit_t(path, inertial=.true.))
@@ -266,14 +272,14 @@ contains
    subroutine pointing_takes_energy(error)
       type(error_type), allocatable, intent(out) :: error
       type(controller_t) :: controller
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
       type(state_t) :: state
       real(wp) :: before, now
       integer :: i
       controller = pointing([1.0_wp, 1.0_wp, 1.0_wp], BY_TORQUE, 0.0_wp)
-      problem = plain_turn(controller)
+      problem => plain_turn(controller)
       problem%start = make_state(problem%system, [0.1_wp, 0.7_wp, -0.5_wp, -0.5_wp], [0.2_wp, -0.4_wp, 0.3_wp])
       state = problem%start
       call make_stepper(problem%system, integrator_settings_t(order=4), stepper, status)
@@ -292,7 +298,7 @@ contains
    subroutine bdot_leaves_momentum_along(error)
       type(error_type), allocatable, intent(out) :: error
       type(controller_t) :: controller
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       type(run_summary_t) :: summary
@@ -301,7 +307,7 @@ contains
       do way = 1, 2
          controller = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETORQUERS, gain=3.0_wp, field=field, &
                                  sample=merge(0.1_wp, 0.0_wp, way == 1))
-         problem = plain_turn(controller)
+         problem => plain_turn(controller)
          do m = 1, size(methods)
             if (methods(m)%name == 'exact' .or. (way == 2 .and. methods(m)%name == 'taylor')) cycle
             state = problem%start
@@ -320,17 +326,18 @@ contains
 
    subroutine account_and_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(controller_t) :: controller
       type(state_t) :: state
       type(status_t) :: status
       type(run_summary_t) :: summary
       real(wp) :: energy
       integer :: m, way
+      problem => new_problem()
       do way = 1, 3
          controller = pointing([4.0_wp, 5.0_wp, 3.0_wp], merge(BY_MAGNETORQUERS, BY_WHEELS, way == 3), 0.25_wp)
-         if (way == 1) problem = tumbling(controller)
-         if (way > 1) problem = tumbling(controller, forced=.true.)
+         if (way == 1) problem => tumbling(controller)
+         if (way > 1) problem => tumbling(controller, forced=.true.)
          do m = 1, size(methods)
             if (methods(m)%name == 'exact' .or. .not. methods(m)%conserving) cycle
             state = problem%start
@@ -372,11 +379,12 @@ contains
    subroutine bad_controllers_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: moments(3) = [4.0_wp, 5.0_wp, 3.0_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(controller_t) :: controller
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       call add_controller(problem%system, pointing(moments, BY_WHEELS, 0.5_wp), status)
       call refused('no wheels', 'without wheels')
@@ -387,7 +395,7 @@ contains
       if (.not. allocated(error)) call add_controller(problem%system, controller, status)
       call refused('B-dot without magnetorquers', 'magnetorquers to detumble')
       if (allocated(error)) return
-      problem = tumbling(pointing(moments, BY_WHEELS, 0.0_wp))
+      problem => tumbling(pointing(moments, BY_WHEELS, 0.0_wp))
       call add_controller(problem%system, pointing(moments, BY_WHEELS, 0.5_wp), status)
       call refused('a second one', 'a motor of its own')
       if (.not. allocated(error)) call make_stepper(problem%system, integrator_settings_t(), stepper, status)
@@ -396,7 +404,7 @@ contains
          problem%system, integrator_settings_t(method='taylor', order=16, formulation=''), stepper, status)
       call refused('a series of feedback', 'expected sample')
       if (allocated(error)) return
-      problem = tumbling(pointing(moments, BY_WHEELS, 0.5_wp))
+      problem => tumbling(pointing(moments, BY_WHEELS, 0.5_wp))
       state = problem%start
       call integrate(problem%system, integrator_settings_t(), state, &
                      run_plan_t(goal=run_goal_t(accuracy=1e-6_wp), end_time=1.0_wp), status)

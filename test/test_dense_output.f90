@@ -5,7 +5,7 @@ submodule(suites_of_methods) test_dense_output
    use nutate_quaternion, only: attitude_distance
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
-   use test_problems, only: box, fast_top, forced_body, march, problem_t, total_energy
+   use test_problems, only: box, fast_top, forced_body, march, new_problem, problem_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -31,12 +31,14 @@ contains
    end function settings_of
 
    !> A problem that the method of a row can integrate.
-   type(problem_t) function problem_of(row) result(problem)
+   function problem_of(row) result(problem)
       integer, intent(in) :: row
+      type(problem_t), pointer :: problem
+      problem => new_problem()
       if (methods(row)%name == 'exact') then
-         problem = box()
+         problem => box()
       else
-         problem = forced_body()
+         problem => forced_body()
       end if
    end function problem_of
 
@@ -59,13 +61,13 @@ contains
    subroutine errors_inside(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: stepper, reference
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, exact, inside
       type(status_t) :: status
       real(wp) :: dt, part, work, at_end, within
       integer :: row, i
       do row = 1, size(methods)
-         problem = problem_of(row)
+         problem => problem_of(row)
          dt = merge(0.04_wp, -0.04_wp, mod(row, 2) == 0)
          call start(problem, row, dt, 4, stepper, state, status)
          call check(error, status%ok(), trim(methods(row)%name)//': '//trim(status%message))
@@ -91,12 +93,12 @@ contains
    subroutine invariants_inside(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, inside
       type(status_t) :: status
       real(wp) :: energy, work, worst
       integer :: row, i
-      problem = fast_top()
+      problem => fast_top()
       energy = total_energy(problem%system, problem%start)
       do row = 1, size(methods)
          if (.not. methods(row)%conserving .or. methods(row)%name == 'exact') cycle
@@ -116,12 +118,12 @@ contains
    subroutine work_inside(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, inside
       type(status_t) :: status
       real(wp) :: energy, work
       integer :: row
-      problem = forced_body()
+      problem => forced_body()
       do row = 1, size(methods)
          if (.not. methods(row)%conserving .or. methods(row)%name == 'exact') cycle
          call start(problem, row, 0.04_wp, 3, stepper, state, status)
@@ -139,13 +141,13 @@ contains
    subroutine unnoticed(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: looked, plain
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: a, b, inside
       type(status_t) :: status
       real(wp) :: work
       integer :: row, i, k
       do row = 1, size(methods)
-         problem = problem_of(row)
+         problem => problem_of(row)
          call start(problem, row, 0.03_wp, 0, looked, a, status)
          call make_stepper(problem%system, settings_of(row), plain, status)
          b = problem%start
@@ -165,13 +167,13 @@ contains
    subroutine independent_of_memory(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: often, once
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: a, b, inside, same
       type(status_t) :: status
       real(wp) :: work
       integer :: row, i
       do row = 1, size(methods)
-         problem = problem_of(row)
+         problem => problem_of(row)
          call start(problem, row, 0.03_wp, 0, often, a, status)
          call start(problem, row, 0.03_wp, 0, once, b, status)
          do i = 1, 9
@@ -187,13 +189,13 @@ contains
    subroutine outside_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, inside
       type(status_t) :: status
       real(wp) :: work
       integer :: row
       do row = 1, size(methods)
-         problem = problem_of(row)
+         problem => problem_of(row)
          call start(problem, row, 0.03_wp, 0, stepper, state, status)
          call stepper%state_at(problem%system, 0.0_wp, inside, work, status)
          call check(error, status%code, NUTATE_BAD_ARGUMENT, trim(methods(row)%name)//' before the first step')

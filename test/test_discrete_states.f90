@@ -71,8 +71,8 @@ contains
 
    subroutine top_with_finite_j0(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: top
-      top = precessing_top()
+      type(problem_t), pointer :: top
+      top => precessing_top()
       call compare(error, top, 0.001_wp, 0.1_wp/top%system%body%moments(1), top_rows, 1e-13_wp)
    end subroutine top_with_finite_j0
 

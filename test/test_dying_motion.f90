@@ -19,7 +19,7 @@ module test_dying_motion
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_problems, only: make_state, problem_t, system_t
+   use test_problems, only: make_state, new_problem, new_system, problem_t, system_t
    use test_random_scenes, only: make_random_body, power_of_ten
    use test_support, only: check, error_type, new_unittest, random_unit, random_unit_quaternion, random_vector, &
                            share_of, skip_test, unittest_type
@@ -98,13 +98,15 @@ contains
       real(wp), parameter :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp], inertia = 0.1_wp, moment = 2.0_wp, speed = 20.0_wp, &
                              duration = 2.0_wp, rates(3) = [10.0_wp, 100.0_wp, 1e4_wp], tolerance = 1e-9_wp
       character(len=6), parameter :: explicit(3) = [character(len=6) :: 'taylor', 'dop853', 'rk8']
-      type(system_t) :: system, empty
+      type(system_t), pointer :: empty
+      type(system_t) :: system
       type(state_t) :: state
       type(status_t) :: status
       type(integrator_settings_t) :: settings
       real(wp) :: k, angle, off
       character(len=80) :: label
       integer :: i, j
+      empty => new_system()
       do i = 1, size(rates)
          system = empty
          call make_body(diagonal([3.0_wp, 4.0_wp, moment + inertia]), system%body, status)
@@ -134,7 +136,7 @@ contains
       integer, parameter :: steps = 12800
       real(wp), parameter :: end_time = 64.0_wp, &
                              bound = sqrt(12800.0_wp)*0.5_wp*eps*97.0_wp/4.0_wp*0.5_wp*end_time
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(wheel_t) :: wheel
       type(state_t) :: state
       type(status_t) :: status
@@ -142,6 +144,7 @@ contains
       real(qp) :: q(4)
       character(len=80) :: label
       integer :: i
+      problem => new_problem()
       if (.not. has_oracle) then
          call skip_test(error, "no kind of 33 digits")
          return

@@ -20,7 +20,7 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_wheel_mounting, only: add_inner_sphere
-   use test_problems, only: conserved_energy, frame_rate_of, make_state, problem_t, system_t
+   use test_problems, only: conserved_energy, frame_rate_of, make_state, new_problem, problem_t, system_t
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, random_unit_quaternion, &
                            random_vector
    implicit none
@@ -60,9 +60,11 @@ contains
    end procedure collect_earth_frames
 
    !> 28 kg on 67 m at 48.8462° north, rotated 3° about east, at rest on the Earth.
-   type(problem_t) function pendulum() result(problem)
+   function pendulum() result(problem)
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: q(4)
+      problem => new_problem()
       call make_shape_body('sphere', [0.1_wp], problem%system%body, status, mass=28.0_wp, &
                            center_of_mass=[0.0_wp, 0.0_wp, -67.0_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
@@ -84,11 +86,11 @@ contains
 
    subroutine pendulum_by_series(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       integer :: k
-      problem = pendulum()
+      problem => pendulum()
       do k = 1, size(times)
          state = problem%start
          call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), state, &
@@ -100,11 +102,11 @@ contains
 
    subroutine pendulum_by_order_8(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       integer :: form, k
-      problem = pendulum()
+      problem => pendulum()
       do form = 1, 2
          state = problem%start
          ! The last time by the cheaper form.
@@ -131,11 +133,12 @@ contains
          0.766037359358425_wp, 0.4106522742023149_wp, 0.4945214593520063_wp, &
          0.01317688708740705_wp, 0.9999131784006429_wp, 7.28519719987699e-5_wp], [3, 6])
       real(wp), parameter :: hours(3) = [1.0_wp, 6.0_wp, 24.0_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(status_t) :: status
       integer :: k
+      problem => new_problem()
       call make_body(diagonal([2.0_wp, 1.0_wp, 1.0_wp]), problem%system%body, status)
       call problem%system%effects%add(frame_at_latitude(50*degree))
       do k = 1, size(expected, 2)
@@ -157,11 +160,13 @@ contains
 
    !> Returns a rotor of 15 N m s along axis 2, hung above its centre of mass, at 50° north. The axis of the rotor is
    !> rotated from north and lifted by the angle (rad) at which it rests.
-   type(problem_t) function gyrocompass(azimuth) result(problem)
+   function gyrocompass(azimuth) result(problem)
       real(wp), intent(in) :: azimuth
+      type(problem_t), pointer :: problem
       real(wp), parameter :: tilt = 0.0017058357338493677566_wp
       type(status_t) :: status
       real(wp) :: q(4)
+      problem => new_problem()
       call make_body(diagonal([0.05_wp, 0.06_wp, 0.07_wp]), problem%system%body, status, mass=5.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, -0.01_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
@@ -173,10 +178,10 @@ contains
 
    subroutine gyrocompass_rests(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
-      problem = gyrocompass(0.0_wp)
+      problem => gyrocompass(0.0_wp)
       state = problem%start
       call integrate(problem%system, integrator_settings_t(formulation='reduced'), state, &
                      run_plan_t(time_step=0.002_wp, end_time=60.0_wp), status)
@@ -189,12 +194,12 @@ contains
    subroutine gyrocompass_swings(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: period = 5071.856349609926_wp, azimuth = 1e-3_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: axis(3)
       integer :: k
-      problem = gyrocompass(azimuth)
+      problem => gyrocompass(azimuth)
       do k = 1, 2
          state = problem%start
          call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), state, &
@@ -206,10 +211,12 @@ contains
    end subroutine gyrocompass_swings
 
    !> A body and effects drawn at random in axes that turn, effects up to those that dominate a step of 1 s.
-   type(problem_t) function drawn(seed) result(problem)
+   function drawn(seed) result(problem)
       integer(int64), intent(inout) :: seed
+      type(problem_t), pointer :: problem
       real(wp) :: moments(3), strength
       type(status_t) :: status
+      problem => new_problem()
       moments = [1.0_wp, 0.5_wp + random_unit(seed), 1.0_wp]
       moments(3) = abs(moments(1) - moments(2)) + (0.02_wp + 0.96_wp*random_unit(seed))*2*min(moments(1), moments(2))
       call make_body(diagonal(moments), problem%system%body, status)
@@ -232,7 +239,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: problems = 600, parts = 200
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       integer(int64) :: seed
@@ -244,7 +251,7 @@ contains
       seed = 271828_int64
       certified = 0
       do n = 1, problems
-         problem = drawn(seed)
+         problem => drawn(seed)
          call make_stepper(problem%system, integrator_settings_t(formulation=solvers(1 + mod(n, 2))), &
                            stepper, status)
          state = problem%start
@@ -308,14 +315,14 @@ contains
    subroutine mild_steps_is_certified(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       integer(int64) :: seed
       integer :: n, form
       seed = 161803_int64
       do n = 1, 50
-         problem = drawn(seed)
+         problem => drawn(seed)
          do form = 1, 2
             call make_stepper(problem%system, integrator_settings_t(order=4, formulation=solvers(form)), stepper, &
                               status)

@@ -235,10 +235,11 @@ contains
    !> Neither an unforced body nor one with a rotor alone asks anything, though effects are lent to other bodies.
    subroutine absent_effect_is_never_evaluated(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: free, forced
+      type(system_t), pointer :: free
+      type(system_t) :: forced
       integer(c_long_long) :: counts(7)
       integer(c_long_long) :: iterations
-      free = sample_body()
+      free => sample_body()
       forced = free
       call forced%effects%add(counting_potential_t())
       call forced%effects%add(counting_torque_t())
@@ -255,10 +256,10 @@ contains
    !> once per Jacobian; U and ∇U themselves never.
    subroutine potential_is_evaluated_as_needed(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer(c_long_long) :: counts(7)
       integer(c_long_long) :: iterations
-      system = sample_body()
+      system => sample_body()
       call system%effects%add(counting_potential_t())
       call run(error, system, iterations, counts)
       call check(error, counts(DISCRETE_GRADIENT) == iterations + 2*counts(DISCRETE_HESSIAN) + 1, "discrete gradient")
@@ -271,10 +272,10 @@ contains
    !> chosen.
    subroutine short_potential_is_evaluated_as_needed(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer(c_long_long) :: counts(7)
       integer(c_long_long) :: iterations, jacobians
-      system = sample_body()
+      system => sample_body()
       call system%effects%add(counting_short_potential_t())
       call run(error, system, iterations, counts)
       ! A Jacobian takes two discrete gradients and one derivative of such: U six times.
@@ -289,10 +290,10 @@ contains
    !> the work.
    subroutine torque_is_evaluated_as_needed(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer(c_long_long) :: counts(7)
       integer(c_long_long) :: iterations
-      system = sample_body()
+      system => sample_body()
       call system%effects%add(counting_torque_t())
       call run(error, system, iterations, counts)
       call check(error, counts(TORQUE) == iterations + counts(DERIVATIVES) + n_steps + 1, "torque")
@@ -303,10 +304,10 @@ contains
    !> Checks that a potential and a torque in one system are each evaluated as if alone.
    subroutine effects_are_evaluated_alone(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer(c_long_long) :: counts(7)
       integer(c_long_long) :: iterations
-      system = sample_body()
+      system => sample_body()
       call system%effects%add(counting_potential_t())
       call system%effects%add(counting_torque_t())
       call run(error, system, iterations, counts)

@@ -43,10 +43,11 @@ contains
    end procedure collect_effect_columns
 
    !> Damping, two torques of the same kind and two wheels, one driven and both with friction.
-   type(problem_t) function driven_body() result(problem)
+   function driven_body() result(problem)
+      type(problem_t), pointer :: problem
       type(wheel_t) :: wheel
       type(status_t) :: status
-      problem = forced_body()
+      problem => forced_body()
       wheel = wheel_t(name='wheel', axis=[2.0_wp, -1.0_wp, 2.0_wp]/3, inertia=0.3_wp, speed=5.0_wp, friction=0.02_wp)
       allocate (wheel%motor, source=applied_torque_t(amplitude=[1.5_wp, 0.0_wp, 0.0_wp], frequency=0.8_wp))
       call add_wheel(problem%system, wheel, status)
@@ -93,14 +94,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=13), parameter :: names(*) = [character(len=13) :: 'taylor', 'dop853', 'rk8', 'nielsen_krenk']
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       type(run_plan_t) :: plan
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: integral(workers), worst
       integer :: m, k, chosen
-      problem = driven_body()
+      problem => driven_body()
       do m = 1, size(names)
          do chosen = 0, 1
             settings = default_settings(trim(names(m)))
@@ -157,10 +158,10 @@ contains
    subroutine unwanted_works_are_absent(error)
       type(error_type), allocatable, intent(out) :: error
       type(columns_t) :: columns
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: values(7)
-      problem = driven_body()
+      problem => driven_body()
       call columns%choose([character(len=24) :: 'works'], status, effects=problem%system%effects)
       values = 1.0_wp
       call columns%evaluate(problem%system, problem%start, run_record_t(work=1.0_wp), values)

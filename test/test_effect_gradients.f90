@@ -30,11 +30,11 @@ contains
    !> Checks ends from 1 to 1e-16 apart. The scale is the largest term of U, with γ up to 2.
    subroutine discrete_gradients_close_the_energy(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       real(wp), parameter :: n(3) = [0.6_wp, -0.5_wp, 0.9_wp], x(3) = [0.4_wp, 0.1_wp, -0.6_wp]
       type(quartic_t) :: quartic
       integer :: sign
-      system = sample_body()
+      system => sample_body()
       do sign = -1, 1
          call check_closure(error, dipole_t(sign*[0.5_wp, -1.0_wp, 2.0_wp], n), 3.0_wp, "dipole")
          call check_closure(error, gravity_t(system%body, sign*9.0_wp*n), 20.0_wp, "gravity")
@@ -93,10 +93,10 @@ contains
 
    subroutine second_derivatives_match_differences(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(quartic_t) :: quartic
       real(wp), parameter :: n(3) = [0.6_wp, -0.5_wp, 0.9_wp], x(3) = [0.4_wp, 0.1_wp, -0.6_wp]
-      system = sample_body()
+      system => sample_body()
       call check_derivatives(error, gravity_t(system%body, n), "gravity")
       call check_derivatives(error, dipole_t(x, n), "dipole")
       call check_derivatives(error, gravity_gradient_t(system%body, n, -0.4_wp), "gravity gradient")
@@ -166,12 +166,12 @@ contains
    subroutine jacobian_of_each_effect(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_samples_t) :: samples
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer :: k
       call samples%load(error)
       if (allocated(error)) return
       do k = 1, size(samples%names)
-         system = sample_body()
+         system => sample_body()
          call samples%add(system, k)
          call check_jacobian(error, system, 0.0_wp, .true.)
          if (allocated(error)) then
@@ -185,11 +185,11 @@ contains
    subroutine jacobian_of_all_effects(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_samples_t) :: samples
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer :: k
       call samples%load(error)
       if (allocated(error)) return
-      system = sample_body()
+      system => sample_body()
       do k = 1, size(samples%names)
          call samples%add(system, k)
       end do

@@ -9,7 +9,7 @@ submodule(suites_of_effects) test_effect_physics
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_effect_samples, only: sample_body, spinner
-   use test_problems, only: make_state, problem_t, solve, space_momentum
+   use test_problems, only: make_state, new_problem, problem_t, solve, space_momentum
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -73,8 +73,9 @@ contains
    !> J φ̈ = -mgl sin φ, from 2 rad.
    subroutine gravity_swings_a_pendulum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal([4.0_wp, 5.0_wp, 3.0_wp]), problem%system%body, status, mass=2.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, -0.5_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
@@ -85,8 +86,8 @@ contains
    !> J φ̈ = -mb sin φ, from 3 rad, close to the unstable direction.
    subroutine field_swings_a_compass_needle(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = spinner([0.1_wp, 3.0_wp, 3.0_wp], 0.0_wp)
+      type(problem_t), pointer :: problem
+      problem => spinner([0.1_wp, 3.0_wp, 3.0_wp], 0.0_wp)
       call problem%system%effects%add(dipole_t([7.0_wp, 0.0_wp, 0.0_wp], [0.5_wp, 0.0_wp, 0.0_wp]))
       problem%start%q = [cos(1.5_wp), 0.0_wp, 0.0_wp, sin(1.5_wp)]
       call check_swing(error, problem, 3, quarter_period(sqrt(3.5_wp/3), 3.0_wp), 3.0_wp)
@@ -96,13 +97,13 @@ contains
    !> pendulum of frequency ω² = 3κ(J2 - J1)/J3, the pitch libration of a satellite; here in a frame that does not turn.
    subroutine gradient_librates_a_satellite(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp), parameter :: kappa = 1.2e-6_wp, amplitudes(2) = [1e-3_wp, 1.0_wp]
       real(wp) :: omega
       integer :: i
       omega = sqrt(3*kappa*(90.0_wp - 40.0_wp)/100.0_wp)
       do i = 1, 2
-         problem = spinner([40.0_wp, 90.0_wp, 100.0_wp], 0.0_wp)
+         problem => spinner([40.0_wp, 90.0_wp, 100.0_wp], 0.0_wp)
          call problem%system%effects%add(gravity_gradient_t(problem%system%body, [-2.0_wp, 0.0_wp, 0.0_wp], kappa))
          problem%start%q = [cos(amplitudes(i)/2), 0.0_wp, 0.0_wp, sin(amplitudes(i)/2)]
          call check_swing(error, problem, 3, quarter_period(omega, 2*amplitudes(i)), amplitudes(i))
@@ -113,10 +114,10 @@ contains
    !> Three equal moments: no torque, not even a small one.
    subroutine gradient_leaves_a_sphere_alone(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
-      problem = spinner([2.0_wp, 2.0_wp, 2.0_wp], 0.0_wp)
+      problem => spinner([2.0_wp, 2.0_wp, 2.0_wp], 0.0_wp)
       call problem%system%effects%add(gravity_gradient_t(problem%system%body, [1.0_wp, 2.0_wp, -1.0_wp], 3.0_wp))
       problem%start = make_state(problem%system, identity, [1.0_wp, -2.0_wp, 0.5_wp])
       call solve(problem, 0.1_wp, 100, state, status)
@@ -127,10 +128,12 @@ contains
    !> ½k|Rx - a|² = const - k a·Rx: the weight of a mass m at x in the acceleration ka/m.
    subroutine spring_is_gravity(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: held, heavy
+      type(problem_t), pointer :: held
+      type(problem_t) :: heavy
       type(state_t) :: a, b
       type(status_t) :: status
       real(wp), parameter :: anchor(3) = [3.0_wp, -5.0_wp, 20.0_wp], k = 0.3_wp
+      held => new_problem()
       held%system = sample_body()
       heavy = held
       call held%system%effects%add(spring_t(held%system%body%center_of_mass, anchor, k))
@@ -145,10 +148,10 @@ contains
 
    subroutine spring_at_the_pivot_does_nothing(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
-      problem = spinner([2.0_wp, 3.0_wp, 4.0_wp], 0.0_wp)
+      problem => spinner([2.0_wp, 3.0_wp, 4.0_wp], 0.0_wp)
       call problem%system%effects%add(spring_t([0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 2.0_wp, -1.0_wp], 30.0_wp, 0.5_wp))
       problem%start = make_state(problem%system, identity, [1.0_wp, -2.0_wp, 0.5_wp])
       call solve(problem, 0.1_wp, 100, state, status)

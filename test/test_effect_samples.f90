@@ -46,12 +46,14 @@ module test_effect_samples
    interface
 
       !> A full tensor with mass and an offset centre of mass, no effects yet.
-      type(system_t) module function sample_body() result(system)
+      module function sample_body() result(system)
+         type(system_t), pointer :: system
       end function sample_body
 
       !> A body of given principal moments that spins about its axis 3.
-      type(problem_t) module function spinner(moments, rate) result(problem)
+      module function spinner(moments, rate) result(problem)
          real(wp), intent(in) :: moments(3), rate
+         type(problem_t), pointer :: problem
       end function spinner
 
       !> Reads the samples from the files; an error if an effect of the catalogue has none.

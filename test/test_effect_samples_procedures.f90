@@ -7,18 +7,21 @@ submodule(test_effect_samples) test_effect_samples_procedures
    use nutate_status, only: status_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
+   use test_problems, only: new_problem, new_system
    implicit none
 
 contains
 
    module procedure sample_body
       type(status_t) :: status
+      system => new_system()
       call make_body(reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, 0.75_wp, 6.0_wp], [3, 3]), &
                      system%body, status, mass=2.0_wp, center_of_mass=[0.3_wp, -0.2_wp, 0.5_wp])
    end procedure sample_body
 
    module procedure spinner
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, rate])
    end procedure spinner

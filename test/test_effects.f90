@@ -14,7 +14,7 @@ submodule(suites_of_effects) test_effects
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
-   use test_problems, only: make_state, problem_t, solve, space_momentum, system_t
+   use test_problems, only: make_state, new_problem, problem_t, solve, space_momentum, system_t
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, share_of
    implicit none
 
@@ -42,7 +42,7 @@ contains
    subroutine account_closes_for_every_combination(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_samples_t) :: samples
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer :: combination, k, steps
       call samples%load(error)
       if (allocated(error)) return
@@ -50,7 +50,7 @@ contains
          if (samples%is_excluded(combination)) cycle
          if (popcnt(combination) > 1 .and. .not. in_turn(combination)) cycle
          if (popcnt(combination) > 2 .and. .not. in_turn(combination/3)) cycle
-         system = sample_body()
+         system => sample_body()
          steps = share_of(150)
          if (btest(combination, samples%position('earth_field') - 1) .or. &
              btest(combination, samples%position('force') - 1) .or. &
@@ -99,8 +99,8 @@ contains
    !> Negative stiffness, strength and damping: motion that gains energy.
    subroutine account_closes_with_opposite_signs(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
-      system = sample_body()
+      type(system_t), pointer :: system
+      system => sample_body()
       call system%effects%add(gravity_gradient_t(system%body, [1.0_wp, 2.0_wp, -1.0_wp], -0.4_wp))
       call system%effects%add(spring_t([0.4_wp, 0.1_wp, -0.6_wp], [0.5_wp, 1.0_wp, -0.8_wp], -5.0_wp, 0.7_wp))
       call system%effects%add(dipole_t([-0.5_wp, 1.0_wp, -2.0_wp], [1.0_wp, 0.5_wp, -0.3_wp]))
@@ -111,11 +111,11 @@ contains
    !> The spring starts with both ends in one point, with and without rest length, and comes back near it.
    subroutine account_closes_through_the_anchor(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], point(3) = [0.4_wp, 0.1_wp, -0.6_wp]
       integer :: i
       do i = 0, 1
-         system = sample_body()
+         system => sample_body()
          call system%effects%add(spring_t(point, point, 60.0_wp, 0.2_wp*i))
          call check_account(error, system, 0.0_wp, 300, identity)
       end do
@@ -125,12 +125,12 @@ contains
    subroutine each_potential_keeps_its_own(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_samples_t) :: samples
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer :: i
       call samples%load(error)
       if (allocated(error)) return
       do i = 1, size(samples%potentials)
-         system = sample_body()
+         system => sample_body()
          call samples%add(system, samples%potentials(i))
          call samples%add(system, samples%position('rotor'))
          call check_component(error, system, trim(samples%names(samples%potentials(i))))
@@ -140,14 +140,14 @@ contains
    subroutine parallel_potentials_keep_it(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_samples_t) :: samples
-      type(system_t) :: system
+      type(system_t), pointer :: system
       real(wp), parameter :: n(3) = [0.3_wp, -0.2_wp, 0.25_wp]
       integer :: i, k
       call samples%load(error)
       if (allocated(error)) return
       do i = 1, size(samples%potentials)
          do k = i + 1, size(samples%potentials)
-            system = sample_body()
+            system => sample_body()
             call samples%add(system, samples%potentials(i), n)
             call samples%add(system, samples%potentials(k), n)
             call check_component(error, system, pair_name(samples, i, k))
@@ -192,12 +192,13 @@ contains
    subroutine inclined_directions_keep_none(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_samples_t) :: samples
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(invariants_t) :: invariants
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: change(3), n(3)
       integer :: i, j, k
+      problem => new_problem()
       call samples%load(error)
       if (allocated(error)) return
       do i = 1, size(samples%potentials)
@@ -221,9 +222,9 @@ contains
 
    subroutine users_potential_keeps_invariants(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(quartic_t) :: quartic
-      system = sample_body()
+      system => sample_body()
       quartic%direction = [0.6_wp, -0.5_wp, 0.9_wp]
       call system%effects%add(quartic)
       call check_component(error, system, "user's potential")
@@ -231,10 +232,12 @@ contains
 
    subroutine zero_strengths_do_nothing(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: free, problem
+      type(problem_t), pointer :: free
+      type(problem_t) :: problem
       type(state_t) :: expected, state
       type(status_t) :: status
       real(wp), parameter :: none(3) = 0.0_wp, n(3) = [0.6_wp, -0.5_wp, 0.9_wp]
+      free => new_problem()
       free%system = sample_body()
       free%start = make_state(free%system, tilted, rotating)
       call solve(free, 0.05_wp, 100, expected, status)
@@ -260,11 +263,13 @@ contains
    !> Two of a kind against one of their sum.
    subroutine effects_of_a_kind_add_up(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: one, two
+      type(problem_t), pointer :: one
+      type(problem_t) :: two
       type(state_t) :: a, b
       type(status_t) :: status
       real(wp), parameter :: m1(3) = [0.5_wp, -1.0_wp, 2.0_wp], m2(3) = [1.5_wp, 0.5_wp, -1.0_wp], &
                              n(3) = [0.6_wp, -0.5_wp, 0.9_wp]
+      one => new_problem()
       one%system = sample_body()
       two = one
       associate (sum => one%system%effects, parts => two%system%effects, body => one%system%body)

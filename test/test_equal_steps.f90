@@ -45,11 +45,11 @@ contains
    !> nearer to that of the next one than it ought to be.
    subroutine cancelled_errors_are_noticed(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, reference
       type(run_summary_t) :: summary
       type(status_t) :: status
-      problem = free_body([1.70903754553769316_wp, 1.15144412096108439_wp, 1.48243426433196035_wp], &
+      problem => free_body([1.70903754553769316_wp, 1.15144412096108439_wp, 1.48243426433196035_wp], &
                           [-1.9649968383920205e-4_wp, 1.2050443191317919e-3_wp, 1.0892317730914886e-3_wp])
       call problem%system%effects%add(dipole_t( &
                          [2.2924914017966495e-7_wp, -1.4274739862532194e-6_wp, -7.6493895359554742e-6_wp], &
@@ -66,7 +66,7 @@ contains
 
    subroutine suited_motions(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       call expect(error, bruls_top(), 'rk8', 2.0_wp, 1e-6_wp, .true.)
       call expect(error, bruls_top(), 'rk8', -2.0_wp, 1e-10_wp, .true.)
       call expect(error, bruls_top(), 'rk8', 2.0_wp, 9e-11_wp, .false.)
@@ -76,7 +76,7 @@ contains
       call expect(error, forced_body(), 'rk8', 2.0_wp, 1e-6_wp, .false.)
       call expect(error, box(), 'rk8', 2.0_wp, 1e-6_wp, .true.)
       call expect(error, box(), 'rk8', 1e300_wp, 1e-6_wp, .false.)
-      problem = bruls_top()
+      problem => bruls_top()
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=[0.1_wp, -0.2_wp, 0.3_wp]))
       call expect(error, problem, 'rk8', 2.0_wp, 1e-6_wp, .false.)
    end subroutine suited_motions
@@ -96,13 +96,13 @@ contains
    !> A top, an asymmetric one, and a compass that swings from rest.
    subroutine accuracy_is_kept(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       call keep(error, bruls_top(), 2.0_wp)
-      problem = free_body([0.345_wp, 0.653_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
+      problem => free_body([0.345_wp, 0.653_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
       call problem%system%effects%add(dipole_t([0.0_wp, 0.3_wp, 1.0_wp], [0.0_wp, 0.6_wp, -0.8_wp]))
       call keep(error, problem, 10.0_wp)
       if (.not. allocated(error)) call keep(error, problem, -10.0_wp)
-      problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.1_wp, 4.0_wp, 0.2_wp]))
       call keep(error, problem, 10.0_wp)
    end subroutine accuracy_is_kept
@@ -135,13 +135,13 @@ contains
    !> length.
    subroutine rows_change_nothing(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: plan
       type(clock_t) :: clock
       type(state_t) :: seen, unseen
       type(run_summary_t) :: summary
       type(status_t) :: status
-      problem = bruls_top()
+      problem => bruls_top()
       plan = run_plan_t(end_time=1.3_wp, goal=run_goal_t(accuracy=1e-6_wp))
       unseen = problem%start
       call integrate(problem%system, default_settings('rk8'), unseen, plan, status)
@@ -161,13 +161,13 @@ contains
 
    subroutine found_steps_are_kept(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(run_t), allocatable :: search
       type(state_t) :: state
       type(status_t) :: status
       type(run_summary_t) :: summary
       allocate (search)
-      problem = bruls_top()
+      problem => bruls_top()
       call search%begin(problem%system, default_settings('rk8'), problem%start, &
                         run_plan_t(end_time=1.3_wp, goal=run_goal_t(accuracy=1e-6_wp)), status)
       if (status%ok()) call search%find_steps(problem%system, status)
@@ -183,7 +183,7 @@ contains
    !> Checks every method, on a top and on a body under torques.
    subroutine steppers_are_as_new(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(error_control_t), allocatable :: used, new
       type(progress_t) :: progress
       type(state_t) :: state
@@ -191,8 +191,8 @@ contains
       type(integrator_settings_t) :: settings
       integer :: i, k
       do k = 1, 2
-         problem = bruls_top()
-         if (k == 2) problem = forced_body()
+         problem => bruls_top()
+         if (k == 2) problem => forced_body()
          do i = 1, size(methods)
             if (methods(i)%order < 1) cycle
             settings = integrator_settings_t(method=methods(i)%name, order=methods(i)%order, &

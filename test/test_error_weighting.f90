@@ -11,7 +11,7 @@ submodule(suites_of_effects) test_error_weighting
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_error_weighting, only: balance_momentum, share_of_works, step_error_t
-   use test_problems, only: box, problem_t, forced_body, wheeled_body, total_energy
+   use test_problems, only: box, forced_body, new_problem, problem_t, total_energy, wheeled_body
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -72,11 +72,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps(3) = [120, 160, 200]
       class(scene_t), allocatable :: scene
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       character(len=:), allocatable :: message
       real(wp) :: bare, conserving
       integer :: i, k
+      problem => new_problem()
       allocate (scene)
       call read_scene('scenes/all_effects.nml', scene, status, message)
       call check(error, status%ok(), message)
@@ -97,14 +98,14 @@ contains
    subroutine state_is_corrected(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: dt = 0.08_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper, plain
       type(integrator_settings_t) :: settings
       type(state_t) :: state, other
       type(status_t) :: status
       real(wp) :: first, excess
       integer :: k
-      problem = box()
+      problem => box()
       call problem%system%effects%add(damping_t([1e-3_wp, 3e-3_wp, 4e-3_wp]))
       first = total_energy(problem%system, problem%start)
       do k = 1, size(methods)
@@ -130,10 +131,10 @@ contains
    subroutine unstable_axis_is_followed(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps(3) = [320, 320, 640]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: bare, conserving
       integer :: k
-      problem = box()
+      problem => box()
       call problem%system%effects%add(damping_t([1e-3_wp, 3e-3_wp, 4e-3_wp]))
       do k = 1, size(methods)
          call find_error(problem, trim(methods(k)), .false., 20.0_wp, steps(k), bare)
@@ -173,7 +174,7 @@ contains
    !> and those that the state has of the wheels are those of the run.
    subroutine works_close(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(integrator_settings_t) :: settings
       type(run_summary_t) :: summary
@@ -181,7 +182,7 @@ contains
       type(status_t) :: status
       real(wp) :: size_of_energy
       integer :: k
-      problem = wheeled_body()
+      problem => wheeled_body()
       size_of_energy = abs(total_energy(problem%system, problem%start))
       do k = 1, size(methods)
          settings = default_settings(trim(methods(k)))
@@ -201,13 +202,13 @@ contains
    !> In steps before the motor starts its work is exactly nothing, while damping and torque are given their shares.
    subroutine idle_effects_are_given_none(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper, plain
       type(integrator_settings_t) :: settings
       type(state_t) :: state, other
       type(status_t) :: status
       integer :: k
-      problem = wheeled_body()
+      problem => wheeled_body()
       do k = 1, size(methods)
          settings = default_settings(trim(methods(k)))
          settings%conserve = .false.
@@ -229,14 +230,14 @@ contains
    subroutine inside_agrees_with_the_end(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: dt = 0.2_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(integrator_settings_t) :: settings
       type(state_t) :: state, inside
       type(status_t) :: status
       real(wp) :: work
       integer :: k
-      problem = forced_body()
+      problem => forced_body()
       do k = 1, size(methods)
          settings = default_settings(trim(methods(k)))
          settings%conserve = .true.
@@ -254,12 +255,12 @@ contains
    !> Between 0 and 1; all for works that alone err, nothing where nothing is known.
    subroutine share_has_no_unit(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(projection_plan_t) :: plan
       type(projection_point_t) :: point
       type(step_error_t) :: step
       real(wp) :: share
-      problem = forced_body()
+      problem => forced_body()
       call plan%prepare(problem%system, .true.)
       call read_point(plan, problem%system%effects, problem%start, point)
       call evaluate(plan, problem%system%effects, point)

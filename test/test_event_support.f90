@@ -10,7 +10,7 @@ module test_event_support
    use nutate_observer, only: observer_t, run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: make_state, problem_t, system_t, total_energy
+   use test_problems, only: make_state, new_problem, problem_t, system_t, total_energy
    implicit none
    private
 
@@ -140,9 +140,11 @@ contains
    end subroutine keep_event
 
    !> A needle about axis 3 of the body, released at 150 degrees: ω0 = 2.378804133800210347603.
-   type(problem_t) function compass() result(problem)
+   function compass() result(problem)
+      type(problem_t), pointer :: problem
       real(wp), parameter :: omega0 = 2.378804133800210347603_wp
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), problem%system%body, status)
       call problem%system%effects%add(dipole_t([omega0**2, 0.0_wp, 0.0_wp], [1.0_wp, 0.0_wp, 0.0_wp]))
       problem%start = make_state(problem%system, [cos(75*pi/180), 0.0_wp, 0.0_wp, sin(75*pi/180)], &

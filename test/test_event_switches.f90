@@ -13,7 +13,7 @@ submodule(suites_of_methods) test_event_switches
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT
    use nutate_integrator_settings, only: integrator_settings_t
    use test_event_support, only: angle_event_t, compass, keeper_t, no_effects, rate_event_t
-   use test_problems, only: make_state, problem_t, total_energy
+   use test_problems, only: make_state, new_problem, problem_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -28,8 +28,10 @@ contains
    end procedure collect_event_switches
 
    !> A body with a thruster for each sense about axis 3; one of them is on.
-   type(problem_t) function thrusters() result(problem)
+   function thrusters() result(problem)
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), problem%system%body, status)
       call problem%system%effects%add(applied_torque_t(name='torque', label='plus', amplitude=[0.0_wp, 0.0_wp, &
          0.02_wp], &
@@ -48,7 +50,7 @@ contains
                                          5.6692506674570252_wp, 6.1735555496876636_wp], &
                              last(2) = [-0.0039300749765000849_wp, 0.0012881294457582911_wp]
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(integrator_settings_t) :: settings
       type(state_t) :: state
@@ -66,7 +68,7 @@ contains
                                     action=SWITCH_OFF))
       do row = 1, size(methods)
          if (methods(row)%order == 0) cycle
-         problem = thrusters()
+         problem => thrusters()
          settings = default_settings(methods(row)%name)
          settings%order = methods(row)%order
          settings%formulation = methods(row)%formulation
@@ -126,12 +128,13 @@ contains
       !> Energy less work, over the energy.
       real(wp), intent(out) :: account
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(state_t) :: state
       type(status_t) :: status
       type(run_summary_t) :: summary
       real(wp) :: energy
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 1.4_wp, 2.0_wp]), problem%system%body, status)
       call problem%system%effects%add(applied_torque_t(name='torque', label='jet', amplitude=[0.3_wp, 0.1_wp, 0.6_wp]))
       state = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.7_wp, 0.4_wp, 0.9_wp])
@@ -150,7 +153,7 @@ contains
    subroutine switched_potential(error)
       type(error_type), allocatable, intent(out) :: error
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(dipole_t) :: needle
       type(integrator_settings_t) :: settings
@@ -162,7 +165,7 @@ contains
       call events%add(angle_event_t(name='switch', level=1.0_wp, period=2*pi, effect='field', action=SWITCH_TOGGLE))
       do row = 1, size(methods)
          if (methods(row)%order == 0 .or. .not. methods(row)%conserving) cycle
-         problem = compass()
+         problem => compass()
          problem%system%effects = no_effects()
          needle = dipole_t([5.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 0.0_wp, 0.0_wp])
          needle%label = 'field'
@@ -194,10 +197,11 @@ contains
    !> Without a dead band: a torque that drives the rate through zero each time.
    subroutine endless_switches(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(state_t) :: state
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), problem%system%body, status)
       call problem%system%effects%add(applied_torque_t(name='torque', label='push', amplitude=[0.0_wp, 0.0_wp, &
          2.0_wp], &

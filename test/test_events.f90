@@ -52,9 +52,9 @@ contains
       real(wp), intent(in) :: dt, end_time
       type(keeper_t), intent(inout) :: keeper
       type(status_t), intent(out) :: status
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
-      problem = box()
+      problem => box()
       call events%add(rate_event_t(name='flip'))
       call integrate(problem%system, settings, problem%start, run_plan_t(time_step=dt, end_time=end_time), status, &
          keeper, &
@@ -66,14 +66,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: names(3) = [character(len=13) :: 'nielsen_krenk', 'taylor', 'dop853']
       real(wp), parameter :: least(3) = [-huge(1.0_wp), 0.0_wp, 20.0_wp], ends(3) = [2.0_wp, quarter, 0.0_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(status_t) :: status
       type(state_t) :: state
       integer :: i, k
       do i = 1, size(names)
          do k = 1, size(least)
-            problem = box()
+            problem => box()
             if (allocated(events%slots)) deallocate (events%slots)
             call events%add(lost_event_t(name='lost', least=least(k)))
             state = problem%start
@@ -139,11 +139,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: half = 0.1458052640922589056376_wp
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(status_t) :: status
       integer :: i
-      problem = fast_top()
+      problem => fast_top()
       ! Gravity of the reference.
       call events%add(tilt_event_t(name='lowest', kind=MINIMUM))
       call events%add(tilt_event_t(name='highest', kind=MAXIMUM))
@@ -163,11 +163,11 @@ contains
       real(wp), parameter :: zero = 1.163636428084856387067_wp, graze(2) = [4.651033272447943756403_wp, &
                                                                             4.658058152230907340134_wp]
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(status_t) :: status
       integer :: i
-      problem = compass()
+      problem => compass()
       call events%add(angle_event_t(name='north', period=2*pi))
       call events%add(angle_event_t(name='graze', level=149.999_wp*pi/180, period=2*pi))
       allocate (keeper)
@@ -189,11 +189,11 @@ contains
    subroutine wraps(error)
       type(error_type), allocatable, intent(out) :: error
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(status_t) :: status
       integer :: i
-      problem = compass()
+      problem => compass()
       problem%system%effects = no_effects()
       problem%start = make_state(problem%system, [cos(0.5_wp), 0.0_wp, 0.0_wp, sin(0.5_wp)], [0.0_wp, 0.0_wp, 2.0_wp])
       call events%add(angle_event_t(name='north', period=2*pi))
@@ -207,7 +207,7 @@ contains
    subroutine unnoticed(error)
       type(error_type), allocatable, intent(out) :: error
       type(keeper_t), allocatable :: plain, watched
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(integrator_settings_t) :: settings
       type(run_plan_t) :: plan
@@ -218,8 +218,8 @@ contains
       call events%add(rate_event_t(name='most', axis=2, kind=EXTREMUM))
       do row = 1, size(methods)
          do goal = 0, 1
-            problem = forced_body()
-            if (methods(row)%order == 0) problem = box()
+            problem => forced_body()
+            if (methods(row)%order == 0) problem => box()
             settings = default_settings(methods(row)%name)
             settings%order = methods(row)%order
             settings%formulation = methods(row)%formulation
@@ -248,7 +248,7 @@ contains
    subroutine stop_and_count(error)
       type(error_type), allocatable, intent(out) :: error
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(state_t) :: state
       type(status_t) :: status
@@ -257,7 +257,7 @@ contains
       integer :: i, goal
       do goal = 0, 1
          do i = 1, 2
-            problem = box()
+            problem => box()
             state = problem%start
             event = rate_event_t(name='flip', stop=i == 1)
             if (i == 2) event%count = 3
@@ -285,7 +285,7 @@ contains
    subroutine invariants_at_events(error)
       type(error_type), allocatable, intent(out) :: error
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(integrator_settings_t) :: settings
       type(state_t) :: state
@@ -295,7 +295,7 @@ contains
       call events%add(rate_event_t(name='over', axis=1))
       do row = 1, size(methods)
          if (methods(row)%order == 0 .or. .not. methods(row)%conserving) cycle
-         problem = forced_body()
+         problem => forced_body()
          settings = default_settings(methods(row)%name)
          settings%order = methods(row)%order
          settings%formulation = methods(row)%formulation
@@ -317,14 +317,14 @@ contains
    subroutine column_rates(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 2e-3_wp, weights(3) = [45.0_wp/60, -9.0_wp/60, 1.0_wp/60]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(column_event_t) :: event
       type(motion_t) :: here, ahead, behind
       real(wp), parameter :: away(4) = [0.9_wp, 0.1_wp, -0.3_wp, 0.3_wp]
       real(wp) :: rate, change, bound
       integer :: i, k, n
       do k = 1, 4
-         problem = forced_body()
+         problem => forced_body()
          if (k == 2) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', &
                                                                       rate=[0.3_wp, -0.5_wp, 0.4_wp]))
          if (k > 2) call add_orbit(problem%system, eccentricity=merge(0.3_wp, 0.0_wp, k == 3))
@@ -395,10 +395,10 @@ contains
    subroutine directions(error)
       type(error_type), allocatable, intent(out) :: error
       type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(event_list_t) :: events
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call events%add(rate_event_t(name='down', direction=-1))
       call events%add(rate_event_t(name='up', direction=1))
       allocate (keeper)

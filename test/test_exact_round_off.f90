@@ -15,6 +15,7 @@ module test_exact_round_off
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
+   use test_problems, only: new_system
    use test_support, only: check, error_type, new_unittest, random_unit, random_unit_quaternion, random_vector, &
                            share_of, skip_test, test_failed, unittest_type
    implicit none
@@ -75,13 +76,14 @@ contains
    !> A body of 1 rad/s over 1e7 s.
    subroutine run_has_estimate(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state, start
       type(run_summary_t) :: summary
       type(free_body_t) :: solution
       type(status_t) :: status
       real(qp) :: period, turn(4)
       real(wp), parameter :: end_time = 1e7_wp
+      system => new_system()
       call set_up(system, [1.0_wp, 2.0_wp, 2.5_wp])
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.6_wp, 0.64_wp, 0.48_wp])
       state = start
@@ -100,10 +102,11 @@ contains
 
    subroutine out_of_reach_is_told(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(status_t) :: status
+      system => new_system()
       call set_up(system, [1.0_wp, 2.0_wp, 2.5_wp])
       state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.6_wp, 0.64_wp, 0.48_wp])
       call integrate(system, integrator_settings_t(), state, &
@@ -167,12 +170,13 @@ contains
    subroutine run_case(number, outcome)
       integer, intent(in) :: number
       type(outcome_t), intent(out) :: outcome
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(free_body_t) :: solution
       type(status_t) :: status
       real(wp) :: t, q(4), momentum(3)
       real(qp) :: period, turn(4)
+      system => new_system()
       call make_case(number, system, start, t)
       call solution%prepare(system%body%moments, start%q, body_momentum(start), status, system%body%axes)
       if (.not. status%ok()) error stop 'a case has no solution'

@@ -78,7 +78,7 @@ contains
 
    subroutine free_motion_is_exact(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(free_body_t) :: solution
       type(status_t) :: status
       real(wp), parameter :: t(3) = [0.0_wp, 1.7_wp, -4.0_wp], start(3) = [0.2_wp, 3.0_wp, -0.4_wp]
@@ -86,7 +86,7 @@ contains
       integer :: info, i
       q = 0.0_wp
       omega = 0.0_wp
-      problem = forced_body()
+      problem => forced_body()
       associate (body => problem%system%body)
          call nufree(body%inertia, rotated, start, 3, t, q, omega, info)
          call check(error, info, 0)
@@ -102,12 +102,12 @@ contains
 
    subroutine free_motion_finds_wrong(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp), parameter :: one(3) = 1.0_wp
       real(wp) :: q(4, 1), omega(3, 1), nan
       integer :: info(6)
       nan = ieee_value(0.0_wp, ieee_quiet_nan)
-      problem = forced_body()
+      problem => forced_body()
       q = 5.0_wp
       omega = 5.0_wp
       associate (aj => problem%system%body%inertia)

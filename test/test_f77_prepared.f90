@@ -237,12 +237,12 @@ contains
                                                 integrator_settings_t(method='rk8', conserve=.true.)]
       class(stepper_t), allocatable :: stepper, twin
       type(number_archive_t) :: archive
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, other
       type(status_t) :: status
       real(wp) :: numbers(4000), archived(4000)
       integer :: i, k, used, read
-      problem = forced_body()
+      problem => forced_body()
       do i = 1, size(settings)
          call make_stepper(problem%system, settings(i), stepper, status)
          state = problem%start

@@ -114,13 +114,13 @@ contains
       integer, intent(in) :: iform, iorder
       !> Friction of the motor, N m s; by default that of `plain`.
       real(wp), intent(in), optional :: friction
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(rotor_t) :: rotor
       type(spring_in_height_t) :: spring
       real(wp) :: resistance
       resistance = plain(5)
       if (present(friction)) resistance = friction
-      problem = forced_body()
+      problem => forced_body()
       twin = twin_of(problem, iform, iorder)
       twin%cm = 0.0_wp
       twin%h = [1.0_wp, 2.0_wp, -1.0_wp]

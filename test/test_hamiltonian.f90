@@ -10,6 +10,7 @@ submodule(suites_of_runs) test_hamiltonian
    use nutate_rotor, only: rotor_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
+   use test_problems, only: new_system
    use test_reference_forms, only: hamilton_equations, inverse_mass_matrix, mass_matrix, momentum_from_rate, &
       potential_gradient
    use test_support, only: check_close, error_type, new_unittest, random_unit_quaternion, random_vector
@@ -38,8 +39,10 @@ contains
    end procedure collect_hamiltonian
 
    !> An asymmetric body with a full tensor, under inclined gravity.
-   type(system_t) function sample_system() result(system)
+   function sample_system() result(system)
+      type(system_t), pointer :: system
       type(status_t) :: status
+      system => new_system()
       call make_body(reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, 0.75_wp, 6.0_wp], [3, 3]), &
                      system%body, status, mass=2.0_wp, center_of_mass=[0.3_wp, -0.2_wp, 0.5_wp])
       call system%effects%add(gravity_t(system%body, [1.0_wp, -2.0_wp, -9.0_wp]))
@@ -47,11 +50,11 @@ contains
 
    subroutine mass_matrix_has_its_inverse(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer(int64) :: seed
       real(wp) :: q(4), unit(4, 4)
       integer :: i
-      system = sample_system()
+      system => sample_system()
       seed = first_seed
       unit = 0.0_wp
       do i = 1, 4
@@ -67,12 +70,12 @@ contains
 
    subroutine kinetic_energy_in_three_forms(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       integer(int64) :: seed
       real(wp) :: by_w, by_p, by_q
       integer :: i
-      system = sample_system()
+      system => sample_system()
       seed = first_seed
       do i = 1, trials
          ! Off the constraint manifold too.
@@ -87,12 +90,12 @@ contains
 
    subroutine momentum_and_rate_agree(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       integer(int64) :: seed
       real(wp) :: omega(3), rate(4)
       integer :: i
-      system = sample_system()
+      system => sample_system()
       seed = first_seed
       do i = 1, trials
          omega = random_vector(seed)
@@ -105,11 +108,11 @@ contains
 
    subroutine w_is_constraint_and_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       integer(int64) :: seed
       real(wp) :: w(4)
-      system = sample_system()
+      system => sample_system()
       seed = first_seed
       state = make_state(system, random_unit_quaternion(seed), random_vector(seed))
       w = bilinear_form(state%q, state%p)
@@ -137,10 +140,10 @@ contains
 
    subroutine gravity_is_m_g_h(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer(int64) :: seed
       real(wp) :: q(4), lifted(3)
-      system = sample_system()
+      system => sample_system()
       seed = first_seed
       q = random_unit_quaternion(seed)
       lifted = rotate_to_space(q, system%body%center_of_mass)
@@ -150,11 +153,11 @@ contains
 
    subroutine gradient_matches_differences(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer(int64) :: seed
       real(wp) :: q(4), h, shift(4), differences(4)
       integer :: i
-      system = sample_system()
+      system => sample_system()
       seed = first_seed
       q = 1.2_wp*random_unit_quaternion(seed)
       h = eps**(1.0_wp/3)
@@ -170,10 +173,10 @@ contains
 
    subroutine torque_is_r_cross_weight(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer(int64) :: seed
       real(wp) :: q(4), in_space(3)
-      system = sample_system()
+      system => sample_system()
       seed = first_seed
       q = random_unit_quaternion(seed)
       in_space = cross(rotate_to_space(q, system%body%center_of_mass), 2*[1.0_wp, -2.0_wp, -9.0_wp])
@@ -183,12 +186,12 @@ contains
    !> Without projection q̇ = ∂H/∂p and ṗ = -∂H/∂q; with it, ṗ lacks just the part of ∂V/∂q along q.
    subroutine equations_are_hamiltons(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state, above, below
       integer(int64) :: seed
       real(wp) :: h, by_q(4), by_p(4), q_rate(4), p_rate(4), slope(4)
       integer :: i
-      system = sample_system()
+      system => sample_system()
       seed = first_seed
       state%q = random_unit_quaternion(seed)
       state%p = 3*random_unit_quaternion(seed)
@@ -214,12 +217,12 @@ contains
    !> q̇ = ½ q∘Ω and L̇ = L×Ω + τ.
    subroutine equations_are_eulers(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       integer(int64) :: seed
       real(wp) :: omega(3), q_rate(4), p_rate(4), l_rate(3), expected(3)
       real(wp) :: w_rate(4), conjugated(4)
-      system = sample_system()
+      system => sample_system()
       call system%effects%add(rotor_t(momentum=[0.5_wp, -1.0_wp, 2.0_wp]))
       seed = first_seed
       omega = random_vector(seed)
@@ -235,14 +238,15 @@ contains
 
    subroutine rotor_adds_momentum_not_energy(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: plain, with_rotor
+      type(system_t), pointer :: plain
+      type(system_t) :: with_rotor
       type(state_t) :: a, b
       real(wp) :: q(4), omega(3)
       integer(int64) :: seed
       seed = first_seed
       q = random_unit_quaternion(seed)
       omega = random_vector(seed)
-      plain = sample_system()
+      plain => sample_system()
       with_rotor = plain
       call with_rotor%effects%add(rotor_t(momentum=[0.5_wp, -1.0_wp, 2.0_wp]))
       a = make_state(plain, q, omega)

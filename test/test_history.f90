@@ -16,6 +16,7 @@ submodule(suites_of_runs) test_history
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_NOT_FINITE
+   use test_problems, only: new_system
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, test_failed
    implicit none
 
@@ -120,13 +121,14 @@ contains
    !> 4, 9).
    subroutine columns_hold_what_their_names_say(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(columns_t) :: columns
       type(status_t) :: status
       real(wp), parameter :: half = sqrt(0.5_wp), inverse_j0 = 0.5_wp
       real(wp), allocatable :: values(:)
       real(wp) :: kinetic
+      system => new_system()
       call set_up(system, state)
       ! All columns that depend neither on the effects of a system nor on data that its run propagates.
       call columns%choose(pack(set_of(quantities), quantities%pattern == '' .and. quantities%propagated == 0), status)
@@ -173,12 +175,13 @@ contains
    !> Three turns about axis 3 in steps of 1 rad, of which only the last is written.
    subroutine angles_keep_their_turns(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(columns_t) :: columns
       type(status_t) :: status
       real(wp) :: values(4)
       integer :: i
+      system => new_system()
       call set_up(system, state)
       state%q = tilted(0.0_wp)
       call columns%choose(['euler'], status)
@@ -262,11 +265,12 @@ contains
 
    subroutine a_history_has_its_name_when_complete(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(history_t) :: history
       type(status_t) :: status
       character(len=:), allocatable :: name
+      system => new_system()
       name = scratch('complete.csv')
       call set_up(system, state)
       call history%open(name, ['constraints'], system, state, 0.0_wp, status)
@@ -282,11 +286,12 @@ contains
 
    subroutine an_abandoned_history_keeps_its_rows(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(history_t) :: history
       type(status_t) :: status
       character(len=:), allocatable :: name
+      system => new_system()
       name = scratch('abandoned.csv')
       call set_up(system, state)
       call history%open(name, ['quaternion'], system, state, 0.0_wp, status)
@@ -300,11 +305,12 @@ contains
 
    subroutine a_history_has_one_writer(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(history_t) :: first, second
       type(status_t) :: status
       character(len=:), allocatable :: name
+      system => new_system()
       name = scratch('shared.csv')
       call set_up(system, state)
       call first%open(name, ['quaternion'], system, state, 0.0_wp, status)
@@ -321,10 +327,11 @@ contains
 
    subroutine a_missing_folder_is_reported(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(history_t) :: history
       type(status_t) :: status
+      system => new_system()
       call set_up(system, state)
       call history%open(scratch('nowhere')//'/history.csv', ['quaternion'], system, state, 0.0_wp, status)
       call check(error, status%code == NUTATE_IO .and. status%message /= '', 'no error')
@@ -332,11 +339,12 @@ contains
 
    subroutine a_number_that_is_not_finite_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(history_t) :: history
       type(status_t) :: status
       character(len=:), allocatable :: name
+      system => new_system()
       name = scratch('infinite.csv')
       call set_up(system, state)
       call history%open(name, ['quaternion'], system, state, 0.0_wp, status)

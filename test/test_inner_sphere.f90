@@ -24,7 +24,7 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_wheel_mounting, only: add_inner_sphere, add_wheel
    use test_oracle, only: qp
    use test_problems, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, march, &
-      problem_t, space_momentum, system_t
+      new_problem, problem_t, space_momentum, system_t
    use test_resume, only: check_run, check_stepper, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit_quaternion, &
       random_vector, share_of
@@ -65,12 +65,14 @@ contains
    end procedure collect_inner_sphere
 
    !> A body with a sphere whose angular velocity in space is given.
-   type(problem_t) function body_with_sphere(moments, inertia, damping, omega, in_space) result(problem)
+   function body_with_sphere(moments, inertia, damping, omega, in_space) result(problem)
       real(wp), intent(in) :: moments(3), inertia, damping, omega(3)
       !> Shape (3).
       real(wp), intent(in), optional :: in_space(3)
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: relative(3)
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       relative = 0.0_wp
       if (present(in_space)) relative = rotate_to_body(first_attitude, in_space) - omega
@@ -81,12 +83,12 @@ contains
    !> Trajectory C of the reference, t = 10 s.
    subroutine one_sphere(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       integer :: m
-      problem = body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate, sphere_rate)
+      problem => body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate, sphere_rate)
       do m = 1, size(methods)
          if (methods(m)%order < 8 .or. methods(m)%name == 'exact') cycle
          call make_stepper(problem%system, settings_of(methods(m)), stepper, status)
@@ -180,7 +182,7 @@ contains
    !> Trajectory G of the reference: the spin about the minor axis becomes one about the major axis.
    subroutine major_axis(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
@@ -190,7 +192,7 @@ contains
          1.200187068746193_wp, 5.38203864099e-6_wp, 3.62890433035e-7_wp], [3, 3])
       integer, parameter :: steps(3) = [2500, 2500, 5000]
       integer :: i, m
-      problem = body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.5_wp, [0.02_wp, 0.01_wp, 2.0_wp])
+      problem => body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.5_wp, [0.02_wp, 0.01_wp, 2.0_wp])
       call check_close(error, norm2(space_momentum(problem%start)), 2.400374137504401625_wp, 1e-15_wp, "|l|")
       do m = 1, size(methods)
          if (methods(m)%order < 8 .or. methods(m)%name == 'exact' .or. .not. in_turn(m)) cycle
@@ -213,11 +215,12 @@ contains
       integer, intent(in) :: number
       type(exact_scene_t), intent(out) :: exact
       type(problem_t), intent(inout) :: problem
-      type(problem_t) :: empty
+      type(problem_t), pointer :: empty
       type(status_t) :: status
       real(wp) :: tensor(3, 3), rotor(3), moment(3), field(3), damping(3), inertia(2), friction(2), rate(3, 2), q(4), &
          omega(3), x(3)
       integer(int64) :: seed
+      empty => new_problem()
       problem = empty
       tensor = reshape([2.0_wp, 0.1_wp, 0.2_wp, 0.1_wp, 1.5_wp, -0.05_wp, 0.2_wp, -0.05_wp, 1.0_wp], [3, 3])
       rotor = [0.1_wp, -0.4_wp, 0.2_wp]
@@ -335,13 +338,13 @@ contains
    !> A sphere in a body of equal moments j: ω of the sphere relative to the body falls as exp(-ct(1/j + 1/I)) in space.
    subroutine spherical_body(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp) :: relative(3), first(3)
       integer :: m
-      problem = body_with_sphere([1.5_wp, 1.5_wp, 1.5_wp], 0.4_wp, 0.3_wp, first_rate, sphere_rate)
+      problem => body_with_sphere([1.5_wp, 1.5_wp, 1.5_wp], 0.4_wp, 0.3_wp, first_rate, sphere_rate)
       first = sphere_rate - rotate_to_space(first_attitude, first_rate)
       do m = 1, size(methods)
          if (methods(m)%order < 8 .or. methods(m)%name == 'exact') cycle
@@ -355,11 +358,13 @@ contains
    end subroutine spherical_body
 
    !> Two spheres, a wheel with friction, a rotor, a dipole and damping; the space axes rotate if asked.
-   type(problem_t) function crowded_body(rate) result(problem)
+   function crowded_body(rate) result(problem)
       real(wp), intent(in), optional :: rate(3)
+      type(problem_t), pointer :: problem
       type(exact_scene_t) :: exact
       type(status_t) :: status
       type(wheel_t) :: wheel
+      problem => new_problem()
       call make_scene(0, exact, problem)
       wheel = wheel_t(name='wheel', axis=[2.0_wp, -1.0_wp, 2.0_wp]/3, inertia=0.1_wp, speed=5.0_wp, friction=0.05_wp)
       allocate (wheel%motor, source=applied_torque_t(amplitude=[0.5_wp, 0.0_wp, 0.0_wp], frequency=0.3_wp))
@@ -371,11 +376,11 @@ contains
    !> H - H(0) - work, in axes at rest and in rotating axes.
    subroutine every_method_balances(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: m, k
       do k = 1, 2
-         if (k == 1) problem = crowded_body()
-         if (k == 2) problem = crowded_body([0.3_wp, -0.2_wp, 0.5_wp])
+         if (k == 1) problem => crowded_body()
+         if (k == 2) problem => crowded_body([0.3_wp, -0.2_wp, 0.5_wp])
          do m = 1, size(methods)
             if (methods(m)%name == 'exact' .or. .not. methods(m)%conserving) cycle
             call check_balance(error, problem, settings_of(methods(m)), label_of(methods(m)))
@@ -416,9 +421,9 @@ contains
    !> Spheres leave all of l alone.
    subroutine every_method_keeps_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: m
-      problem = body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate, sphere_rate)
+      problem => body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate, sphere_rate)
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. .not. methods(m)%conserving) cycle
          call check_momentum(error, problem, settings_of(methods(m)), label_of(methods(m)))
@@ -476,14 +481,15 @@ contains
    !> A free body seen from rotating axes and from axes at rest: both forms, explicit methods and series.
    subroutine rotating_axes(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem, seen
+      type(problem_t), pointer :: problem
+      type(problem_t) :: seen
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp), parameter :: rate(3) = [0.3_wp, -0.2_wp, 0.5_wp], end = 2.0_wp
       real(wp) :: q(4), momentum(3)
       integer :: m
-      problem = body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate, sphere_rate)
+      problem => body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate, sphere_rate)
       call make_stepper(problem%system, integrator_settings_t(method='taylor', formulation='', order=16, &
                                                                conserve=.true.), stepper, status)
       state = problem%start
@@ -510,9 +516,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(run_plan_t), parameter :: controlled = run_plan_t(goal=run_goal_t(local_tolerance=1e-9_wp), &
                                                              end_time=3.0_wp)
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: m
-      problem = crowded_body()
+      problem => crowded_body()
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. .not. in_turn(m)) cycle
          call check_stepper(error, problem, settings_of(methods(m)), [0.01_wp, 0.01_wp, 0.02_wp], &
@@ -526,12 +532,13 @@ contains
    !> Without friction the sphere keeps its momentum in space, and the body moves as if it were alone.
    subroutine off_rotates_alone(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem, alone
+      type(problem_t), pointer :: problem, alone
       type(state_t) :: state, other
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       integer :: m
-      problem = body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate, sphere_rate)
+      alone => new_problem()
+      problem => body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate, sphere_rate)
       problem%system%effects%wheels%label = 'core'
       call problem%system%effects%switch('core', .false.)
       call make_body(diagonal([1.7_wp, 1.1_wp, 0.9_wp]), alone%system%body, status)
@@ -556,8 +563,8 @@ contains
    !> The momenta of wheels come before those of spheres, whichever was added first.
    subroutine wheels_come_first(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = crowded_body()
+      type(problem_t), pointer :: problem
+      problem => crowded_body()
       associate (effects => problem%system%effects)
          call check(error, all([effects%n_wheels, effects%n_spheres, effects%n_reaction_wheels] == [7, 2, 1]), &
                     "numbers")
@@ -569,12 +576,12 @@ contains
 
    subroutine bad_spheres_are_rejected(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       type(linearization_t) :: linear
       class(stepper_t), allocatable :: stepper
       integer :: i
-      problem = body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate)
+      problem => body_with_sphere([1.7_wp, 1.1_wp, 0.9_wp], 0.3_wp, 0.2_wp, first_rate)
       call add_inner_sphere(problem%system, inner_sphere_t(0.0_wp, 0.2_wp), status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, "no inertia")
       call add_inner_sphere(problem%system, inner_sphere_t(0.3_wp, -0.2_wp), status)

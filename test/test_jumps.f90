@@ -10,7 +10,7 @@ submodule(suites_of_runs) test_jumps
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: angular_velocity, box, make_state, problem_t, system_t
+   use test_problems, only: angular_velocity, box, make_state, new_system, problem_t, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -57,10 +57,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['full   ', 'reduced'], names(2) = ['dry friction', '            '], &
                                      called(2) = ['dry friction', 'unnamed     ']
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(status_t) :: status
       integer :: i, order
+      system => new_system()
       do i = 1, size(solvers)
          do order = 2, 8, 2
             call set_up(trim(names(i)), system, state)
@@ -74,10 +75,11 @@ contains
 
    subroutine jump_is_named_by_the_projection(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(status_t) :: status
       type(integrator_settings_t) :: settings
+      system => new_system()
       call set_up('a name of 24 characters_', system, state)
       settings = default_settings('dop853')
       settings%conserve = .true.
@@ -102,9 +104,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: dt = 0.05_wp, rate = 0.3_wp
       type(dry_friction_t) :: friction
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(status_t) :: status
+      system => new_system()
       call set_up('dry friction', system, state)
       call integrate(system, default_settings('dop853'), state, run_plan_t(time_step=dt, end_time=20.0_wp), status)
       call check(error, status%ok() .and. state%t == 20.0_wp, status%message)
@@ -120,12 +123,12 @@ contains
    !> Built-in effects, none at all, and an explicit method, whose steps are merely too long: the time step is named.
    subroutine no_jump_is_invented(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(system_t) :: system
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = box()
+      problem => box()
       do i = 1, 2
          system = problem%system
          state = problem%start

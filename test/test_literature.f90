@@ -5,7 +5,8 @@ submodule(suites_of_runs) test_literature
    use nutate_quaternion, only: attitude_distance
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: bruls_top, free_body, make_state, precessing_top, problem_t, simo_top, solve, total_energy
+   use test_problems, only: bruls_top, free_body, make_state, new_problem, precessing_top, problem_t, simo_top, solve, &
+      total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -23,8 +24,8 @@ contains
 
    subroutine heavy_top_of_bruls(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: top
-      top = bruls_top()
+      type(problem_t), pointer :: top
+      top => bruls_top()
       call check_close(error, total_energy(top%system, top%start), 5435.69679_wp, 0.5e-5_wp, "H")
       call check_convergence(error, top, 0.2_wp, 400, [-0.708279152974312562_wp, 0.438781088126581897_wp, &
                                                        0.545728396145417673_wp, 0.0893997528240050105_wp])
@@ -43,8 +44,8 @@ contains
 
    subroutine heavy_top_of_simo(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: top
-      top = simo_top()
+      type(problem_t), pointer :: top
+      top => simo_top()
       call check_close(error, total_energy(top%system, top%start), 1269.97500520789932_wp, 8*eps*1270, "H")
       call check_convergence(error, top, 10.0_wp, 10000, [0.2438016485933435_wp, 0.0195997964216783492_wp, &
                                                           -0.0187249229592649203_wp, -0.96944622408030772_wp])
@@ -55,10 +56,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: exact(4) = [-0.736061364160793936_wp, -0.570786951240350733_wp, -0.299388571830790094_wp, &
                                          -0.206839086104673192_wp]
-      type(problem_t) :: body
+      type(problem_t), pointer :: body
       type(state_t) :: state
       type(status_t) :: status
-      body = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
+      body => free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
       call check_convergence(error, body, 10.0_wp, 200, exact)
       call solve(body, 10.0_wp/32000, 32000, state, status)
       call check_below(error, attitude_distance(state%q, exact), 1e-6_wp, "error at the shortest step")
@@ -73,8 +74,9 @@ contains
 
    subroutine tumbling_box(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: body
+      type(problem_t), pointer :: body
       type(status_t) :: status
+      body => new_problem()
       call make_shape_body('box', [0.1_wp, 0.4_wp, 0.9_wp], body%system%body, status, mass=10.0_wp)
       body%start = make_state(body%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.1_wp, 5.0_wp, 0.1_wp])
       call check_convergence(error, body, 10.0_wp, 2000, [0.22516456341395816_wp, -0.61992756249945249_wp, &

@@ -9,7 +9,7 @@ submodule(suites_of_effects) test_moon_states
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_time_dependent, only: make_moon
-   use test_problems, only: angular_velocity, make_state, problem_t
+   use test_problems, only: angular_velocity, make_state, new_problem, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -59,7 +59,7 @@ contains
       integer, intent(in) :: k
       real(wp), intent(in) :: smallest
       type(problem_t), intent(inout) :: problem
-      problem = problem_t()
+      problem = new_problem()
       call make_moon([smallest, smallest + states(2, k)/3, 1.0_wp], states(1, k), [states(4, k)*pi, states(5, k)], &
                      problem)
    end subroutine make_problem
@@ -72,8 +72,9 @@ contains
 
    subroutine states_come_back(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: k
+      problem => new_problem()
       do k = 1, size(states, 2)
          call make_problem(k, merge(0.6_wp, 0.9998_wp, states(1, k) < 0.2_wp), problem)
          call compare(integrator_settings_t(method='taylor', conserve=.true.), &
@@ -151,9 +152,10 @@ contains
 
    subroutine planar_traces(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: matrix(2, 2)
       integer :: k
+      problem => new_problem()
       do k = 1, size(states, 2)
          call make_problem(k, merge(0.6_wp, 0.9998_wp, states(1, k) < 0.2_wp), problem)
          call monodromy(error, problem, 2*pi*revolutions(k), [3, 6], matrix)
@@ -167,9 +169,10 @@ contains
    !> between -2 and 2 on the unit circle.
    subroutine tilt_multipliers(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: matrix(4, 4), square(4, 4), traces(2), pairs(2), expected
       integer :: k, j
+      problem => new_problem()
       do k = 1, size(tilts)
          call make_problem(tilts(k)%state, tilts(k)%smallest, problem)
          call monodromy(error, problem, 2*pi*revolutions(tilts(k)%state), [1, 2, 4, 5], matrix)

@@ -27,6 +27,7 @@ submodule(suites_of_methods) test_motion_bounds
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_event_support, only: keeper_t, rate_event_t
+   use test_problems, only: new_system
    use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
                            random_vector, share_of
    implicit none
@@ -128,11 +129,12 @@ contains
    !> Checks that no bounds are reported if drag drives a body for so long that numbers overflow.
    subroutine no_bounds_without_end(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(status_t) :: status
       type(motion_t) :: motion
       type(motion_bounds_t) :: bounds
       type(speed_bounds_t) :: speeds
+      system => new_system()
       call make_body(diagonal([1.0_wp, 2.0_wp, 2.5_wp]), system%body, status)
       call system%effects%add(damping_t([-1.0_wp, -1.0_wp, -1.0_wp]))
       call find_motion(system, make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 0.0_wp, 0.0_wp]), motion)
@@ -147,7 +149,7 @@ contains
    !> its bounds keeps the second run awake.
    subroutine sleep_hides_nothing(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(keeper_t), allocatable :: asleep, awake
       type(event_list_t) :: events
@@ -158,6 +160,7 @@ contains
       integer(int64) :: seed
       integer :: number, found, i
       logical :: is_fit
+      system => new_system()
       found = 0
       do number = 1, motions()
          call draw_motion(number, system, start, time, is_fit)
@@ -248,7 +251,7 @@ contains
    subroutine attack(n, tally)
       integer, intent(in) :: n
       type(tally_t), intent(out) :: tally
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(keeper_t), allocatable :: keeper
       type(column_event_t) :: events(n_columns)
@@ -259,6 +262,7 @@ contains
          events(i)%columns(1) = columns(i)
          call events(i)%place()
       end do
+      system => new_system()
       do number = 1, n
          call draw_motion(number, system, start, time, is_fit)
          if (.not. is_fit) cycle

@@ -28,7 +28,7 @@ submodule(suites_of_effects) test_moving_fields
    use nutate_timed_force, only: timed_force_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: problem_t
+   use test_problems, only: new_problem, problem_t
    use test_satellites, only: degree, field_along, magnet, moments, path_of, point, push, push_along, satellite, &
       rotating, BOTH, FORCE_ALONG, MAGNETIC
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
@@ -176,13 +176,13 @@ contains
    !> Checks the motion on an ellipse, with every kind of method.
    subroutine explicit_motion(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(account_t) :: account
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: q(4), omega(3)
       integer :: m
-      problem = satellite(orbit_t(path_of(0.3_wp)), BOTH)
+      problem => satellite(orbit_t(path_of(0.3_wp)), BOTH)
       call follow_equations(BOTH, path_of(0.3_wp), .false., q, omega)
       do m = 1, n_methods
          state = problem%start
@@ -227,14 +227,14 @@ contains
    subroutine work_is_integrated_power(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: rows = 2000
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: expected, weight, scale
       integer :: i, k, m
       scale = 1e-9_wp*norm2(magnet)*3e-5_wp
       do k = 0, 1
-         problem = satellite(orbit_t(path_of(0.3_wp*k)), BOTH)
+         problem => satellite(orbit_t(path_of(0.3_wp*k)), BOTH)
          state = problem%start
          expected = 0.0_wp
          do i = 0, rows
@@ -260,13 +260,13 @@ contains
    subroutine account_closes(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(account_t) :: account
       type(status_t) :: status
       integer :: order, form, k
       do k = 0, 1
-         problem = satellite(orbit_t(path_of(0.3_wp*k)), BOTH)
+         problem => satellite(orbit_t(path_of(0.3_wp*k)), BOTH)
          call problem%system%effects%add(rotor_t(name='rotor', momentum=[1e-4_wp, -2e-4_wp, 3e-4_wp]))
          call problem%system%effects%add(damping_t([1e-6_wp, 2e-6_wp, 3e-6_wp]))
          call add_wheel(problem%system, wheel_t(name='wheel', axis=[0.6_wp, 0.0_wp, 0.8_wp], inertia=1e-3_wp, &
@@ -294,12 +294,12 @@ contains
    !> Errors of two steps, one half of the other, fall as the order says.
    subroutine orders(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: errors(2), q(4), omega(3)
       integer :: order, i
-      problem = satellite(orbit_t(path_of(0.3_wp)), BOTH)
+      problem => satellite(orbit_t(path_of(0.3_wp)), BOTH)
       call follow_equations(BOTH, path_of(0.3_wp), .false., q, omega)
       do order = 2, 6, 2
          do i = 1, 2
@@ -318,8 +318,10 @@ contains
    subroutine forces_are_known(error)
       type(error_type), allocatable, intent(out) :: error
       type(orbit_t) :: orbit
-      type(problem_t) :: one, other
+      type(problem_t), pointer :: one
+      type(problem_t) :: other
       type(status_t) :: status
+      one => new_problem()
       orbit = orbit_t(path_of(0.3_wp))
       call make_body(diagonal(moments), one%system%body, status, mass=2.0_wp, center_of_mass=point)
       one%start = make_state(one%system, [0.8_wp, 0.0_wp, 0.6_wp, 0.0_wp], rotating)
@@ -357,7 +359,7 @@ contains
    !> the energy balance closes.
    subroutine magnetorquers(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(controller_t) :: controller
       type(account_t) :: account
       type(state_t) :: state, reference
@@ -370,7 +372,7 @@ contains
       controller%by = BY_MAGNETORQUERS
       controller%gain = gain
       controller%follows_earth = .true.
-      problem = satellite(orbit_t(path_of(0.3_wp)), MAGNETIC)
+      problem => satellite(orbit_t(path_of(0.3_wp)), MAGNETIC)
       call add_magnetorquers(earth_field_t([0.0_wp, 0.0_wp, 0.0_wp], field_along(problem%system%effects%orbit)))
       if (allocated(error)) return
       do m = 1, n_methods

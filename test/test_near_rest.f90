@@ -14,7 +14,7 @@ submodule(suites_of_effects) test_near_rest
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: kinetic_energy, make_state, problem_t, total_energy
+   use test_problems, only: kinetic_energy, make_state, new_problem, problem_t, total_energy
    use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, share_of
    implicit none
 
@@ -47,7 +47,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(status_t) :: status
       real(wp) :: center(3)
-      problem = problem_t()
+      problem = new_problem()
       center = random_vector(seed)
       call make_body(diagonal([1.0_wp, 1.3_wp, 1.6_wp] + 0.2_wp*random_vector(seed)), problem%system%body, status, &
                      mass=1.0_wp, center_of_mass=0.5_wp*center/norm2(center))
@@ -62,7 +62,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Growth of the number of steps tried by a tenth of the tolerance; the account in units of ε of the energy.
       real(wp), parameter :: most_growth = 2.0_wp, account = 128.0_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
@@ -71,6 +71,7 @@ contains
       character(len=100) :: label
       real(wp) :: residual, limit
       integer :: i, k, exponent
+      problem => new_problem()
       do k = 1, size(methods)
          seed = 7_int64
          do i = 1, share_of(motions)
@@ -104,7 +105,7 @@ contains
    !> The search ends with an accuracy that is kept, or says what it can do.
    subroutine accuracy_is_found(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(state_t) :: state, reference
       type(status_t) :: status
@@ -112,6 +113,7 @@ contains
       character(len=120) :: label
       real(wp) :: accuracy, distance
       integer :: i, k, exponent
+      problem => new_problem()
       seed = 8_int64
       do i = 1, share_of(motions)
          call draw(seed, problem)
@@ -144,13 +146,14 @@ contains
       character(len=*), parameter :: all_methods(4) = [character(len=6) :: 'rk4', 'rk8', 'dop853', 'taylor']
       real(wp), parameter :: steps(4) = [2.0_wp, 0.5_wp, 0.4_wp, 0.1_wp]
       real(wp), parameter :: account = 64*(weight + 0.5_wp*(0.1_wp*spin)**2)/weight
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
       character(len=120) :: label
       real(wp) :: residual, rest
       integer :: i, k
+      problem => new_problem()
       call hang_gyroscope(problem)
       do k = 1, size(all_methods)
          do i = 1, share_of(size(steps))
@@ -172,7 +175,7 @@ contains
    subroutine hang_gyroscope(problem)
       type(problem_t), intent(inout) :: problem
       type(status_t) :: status
-      problem = problem_t()
+      problem = new_problem()
       call make_body(diagonal([1.0_wp, 1.2_wp, 1.4_wp]), problem%system%body, status, mass=50.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, -weight/(50*9.81_wp)])
       call problem%system%effects%add(rotor_t(momentum=[0.0_wp, spin, 0.0_wp]))
@@ -187,7 +190,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: explicit(3) = [character(len=6) :: 'rk4', 'rk8', 'dop853']
       real(wp), parameter :: tolerances(3) = [1e-15_wp, 1e-16_wp, 1e-20_wp], most_growth = 2.0_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
@@ -195,6 +198,7 @@ contains
       character(len=100) :: label
       real(wp) :: limit
       integer :: i, k
+      problem => new_problem()
       call hang_gyroscope(problem)
       do k = 1, size(explicit)
          limit = huge(limit)

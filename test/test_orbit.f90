@@ -15,7 +15,8 @@ submodule(suites_of_effects) test_orbit
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_orbit_reference, only: period, satellite, stable, unstable, wide
-   use test_problems, only: angular_velocity, conserved_energy, frame_rate_of, make_state, problem_t, total_energy
+   use test_problems, only: angular_velocity, conserved_energy, frame_rate_of, make_state, new_problem, problem_t, &
+      total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion
    use, intrinsic :: iso_fortran_env, only: int64
    implicit none
@@ -268,12 +269,12 @@ contains
    !> 2000 revolutions in steps of a twentieth: the attitude stays, the Jacobi integral keeps 13 digits of T + V.
    subroutine lagrange_region(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: start, size, widest
       integer :: i
-      problem = satellite(stable, wide)
+      problem => satellite(stable, wide)
       state = problem%start
       start = conserved_energy(problem%system, state)
       size = total_energy(problem%system, state)
@@ -291,12 +292,12 @@ contains
    !> Roll and yaw of the unstable satellite grow by exp(0.4411168 n t), as long as they are small.
    subroutine growth_outside(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: yaw(2), angles(3)
       integer :: i
-      problem = satellite(unstable, [0.0_wp, 0.0_wp, 1e-9_wp])
+      problem => satellite(unstable, [0.0_wp, 0.0_wp, 1e-9_wp])
       state = problem%start
       do i = 1, 2
          call integrate(problem%system, integrator_settings_t(order=4, formulation='reduced'), state, &
@@ -310,13 +311,14 @@ contains
 
    !> A symmetric satellite that spins about its axis 3, in an attitude of Likins and Pringle: the axis at rest in those
    !> of the orbit, but for a turn of `off` about x and z.
-   type(problem_t) function spinning_satellite(transverse, axial, axis, momentum, off) result(problem)
+   function spinning_satellite(transverse, axial, axis, momentum, off) result(problem)
       real(wp), intent(in) :: transverse, axial
       !> Direction of the axis, LVLH frame; shape (3); L3, N m s.
       real(wp), intent(in) :: axis(3), momentum
       real(wp), intent(in) :: off
+      type(problem_t), pointer :: problem
       real(wp) :: q(4), rate(3)
-      problem = satellite([transverse, transverse, axial], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => satellite([transverse, transverse, axial], [0.0_wp, 0.0_wp, 0.0_wp])
       ! Half a turn about the line between z and the axis.
       q = [0.0_wp, axis + [0.0_wp, 0.0_wp, 1.0_wp]]
       q = q/norm2(q)
@@ -442,10 +444,11 @@ contains
    !> Added by hand, the last orbit counts, with its rate; a list that is appended keeps it.
    subroutine orbit_replaced(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem, other
+      type(problem_t), pointer :: problem, other
       type(orbit_t) :: orbit
       type(gravity_gradient_t) :: gradient
-      problem = satellite(stable, wide)
+      other => new_problem()
+      problem => satellite(stable, wide)
       orbit = orbit_t(kepler_orbit_t(semi_major_axis=8e6_wp, mu=earth_mu), inertial=.false.)
       call problem%system%effects%add(orbit)
       call check_close(error, problem%system%effects%frame_rate, orbit%rate, 1e-19_wp, "rate")

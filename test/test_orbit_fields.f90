@@ -80,10 +80,10 @@ contains
    subroutine magnet_agrees(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: q(4), rate(3)
       integer :: i, k
-      problem = satellite(orbit_t(path_of(0.3_wp)), MAGNETIC)
+      problem => satellite(orbit_t(path_of(0.3_wp)), MAGNETIC)
       do i = 1, size(references, 2)
          associate (t => references(1, i))
             q = references(3:6, i)

@@ -11,7 +11,7 @@ module test_orbit_reference
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: angular_velocity, conserved_energy, frame_rate_of, make_state, problem_t
+   use test_problems, only: angular_velocity, conserved_energy, frame_rate_of, make_state, new_problem, problem_t
    use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -86,11 +86,13 @@ contains
    end subroutine collect_orbit_reference
 
    !> A body on the circular orbit, rotated by angles against it and at rest in its axes.
-   type(problem_t) function satellite(moments, angles) result(problem)
+   function satellite(moments, angles) result(problem)
       real(wp), intent(in) :: moments(3), angles(3)
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       type(orbit_t) :: orbit
       real(wp) :: q(4)
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       orbit = orbit_t(kepler_orbit_t(semi_major_axis=6878137.0_wp, mu=earth_mu), inertial=.false.)
       call problem%system%effects%add(orbit)
@@ -108,11 +110,11 @@ contains
       type(run_plan_t), intent(in) :: plan
       real(wp), intent(in), optional :: uncertainty
       type(run_plan_t) :: whole
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: n, bound
-      problem = satellite(reference%moments, reference%angles)
+      problem => satellite(reference%moments, reference%angles)
       state = problem%start
       whole = plan
       whole%end_time = reference%orbits*period
@@ -171,11 +173,11 @@ contains
       real(wp), parameter :: times(3) = [1000.0_wp, 5000.0_wp, 20000.0_wp]
       real(wp), parameter :: pitch(3) = [0.1621428582548244104252_wp, 0.5233390662621287343289_wp, &
                                          0.5194465503180468908739_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       integer :: i, form
-      problem = satellite(stable, [0.0_wp, 30*degree, 0.0_wp])
+      problem => satellite(stable, [0.0_wp, 30*degree, 0.0_wp])
       do form = 1, 2
          do i = 1, size(times)
             state = problem%start

@@ -14,6 +14,7 @@ submodule(suites_of_effects) test_orbit_table
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_track, only: make_track, track_t, track_position, track_velocity, next_track_break, track_contains
+   use test_problems, only: new_system
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -144,12 +145,13 @@ contains
    !> Checks series from a line on, with time forward and backward, and from between two lines.
    subroutine series_at_lines(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(orbital_gradient_t) :: gradient
       type(orbit_t) :: orbit
       type(status_t) :: status
       real(wp) :: n(3), series(3, 0:24), t, unit
       integer :: kind, i, k, way
+      system => new_system()
       call make_body(diagonal([0.64_wp, 0.97_wp, 1.0_wp]), system%body, status)
       do kind = POSITIONS, ACCELERATIONS
          orbit = orbit_of(kind, 600.0_wp)
@@ -205,12 +207,13 @@ contains
    !> Steps of 150 s and 250 s on lines every 600 s: those that meet a line are cut there.
    subroutine methods(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start, reference, state
       type(run_plan_t) :: plan
       type(status_t) :: status
       type(integrator_settings_t) :: settings(5)
       integer :: kind, i
+      system => new_system()
       settings = [integrator_settings_t(order=8), integrator_settings_t(order=8, formulation='reduced'), &
                   integrator_settings_t(method='dop853'), integrator_settings_t(method='rk8', conserve=.true.), &
                   integrator_settings_t(method='taylor', series_order=20, conserve=.true.)]
@@ -246,10 +249,11 @@ contains
 
    subroutine back(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start, state
       type(status_t) :: status
       integer :: kind
+      system => new_system()
       do kind = POSITIONS, ACCELERATIONS
          call make_flyby(system, start, kind, 600.0_wp)
          state = start

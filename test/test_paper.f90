@@ -38,13 +38,13 @@ contains
    !> Mean time between zeros of Ω₃ over 20 s, each found by a polynomial of degree 5 through the six nearest steps.
    real(wp) function half_period(dt)
       real(wp), intent(in) :: dt
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(nielsen_krenk_t) :: stepper
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: omega3(0:2000), omega(3), first, last
       integer :: i, n, crossings
-      problem = box()
+      problem => box()
       state = problem%start
       n = nint(20/dt)
       call stepper%prepare(problem%system, integrator_settings_t(), status)

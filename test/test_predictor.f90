@@ -129,13 +129,13 @@ contains
 
    subroutine table_knows_dense_output(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
       type(method_t) :: method
       logical :: dense
       integer :: i
-      problem = box()
+      problem => box()
       do i = 1, size(methods)
          call make_stepper(problem%system, settings_of(methods(i)), stepper, status)
          call check(error, status%ok(), trim(status%message))
@@ -154,12 +154,12 @@ contains
    !> Checks that after a long step an estimate is above round-off if there is one, and zero if there is none.
    subroutine table_knows_estimates(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = box()
+      problem => box()
       do i = 1, size(methods)
          call make_stepper(problem%system, settings_of(methods(i)), stepper, status)
          state = problem%start

@@ -19,7 +19,7 @@ module test_random_controllers
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: make_state, problem_t, system_t
+   use test_problems, only: make_state, new_problem, problem_t, system_t
    use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
                            random_vector, share_of, unittest_type
    implicit none
@@ -53,13 +53,14 @@ contains
    !> from limit to limit without end.
    subroutine limits_are_left(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(limit_watcher_t) :: watcher
       type(state_t) :: state
       type(status_t) :: status
       character(len=32) :: label
       real(wp) :: step
       integer :: i
+      problem => new_problem()
       do i = 1, share_of(150)
          call make_stiff_loop(i, problem, step)
          state = problem%start
@@ -82,7 +83,7 @@ contains
       integer(int64) :: seed
       real(wp) :: moments(3), rate
       integer :: i
-      problem = problem_t()
+      problem = new_problem()
       seed = 7919_int64*number + 1
       do i = 1, 20
          rate = random_unit(seed)
@@ -129,10 +130,10 @@ contains
    subroutine limits_have_names(error)
       type(error_type), allocatable, intent(out) :: error
       type(limit_slot_t), allocatable :: events(:)
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: i, k
       do k = BY_TORQUE, BY_MAGNETORQUERS
-         problem = rotating(k, 1, label=merge('fine', '    ', k == BY_WHEELS))
+         problem => rotating(k, 1, label=merge('fine', '    ', k == BY_WHEELS))
          events = limit_events(problem%system%effects)
          call check(error, size(events) > 0, 'there are limits')
          do i = 1, size(events)
@@ -144,14 +145,16 @@ contains
    end subroutine limits_have_names
 
    !> A body of random moments that turns on past the attitude opposite to its target, again and again.
-   type(problem_t) function rotating(by, number, label) result(problem)
+   function rotating(by, number, label) result(problem)
       integer, intent(in) :: by, number
       character(len=*), intent(in) :: label
+      type(problem_t), pointer :: problem
       type(controller_t) :: controller
       type(status_t) :: status
       integer(int64) :: seed
       real(wp) :: moments(3), axis(3)
       integer :: i
+      problem => new_problem()
       seed = 104729_int64*number + 7
       do i = 1, 20
          moments(1) = random_unit(seed)
@@ -179,7 +182,7 @@ contains
       integer, intent(in) :: number
       real(wp), intent(out) :: ratio
       type(status_t), intent(out) :: status
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(run_plan_t) :: plan
       type(state_t) :: wanted, state
@@ -189,7 +192,7 @@ contains
       by = 1 + mod(number/4, 3)
       if (methods(method) == 'nielsen_krenk' .and. by == BY_WHEELS) by = BY_TORQUE
       accuracy = 10.0_wp**(-4 - mod(number/12, merge(5, 3, method < 3)))
-      problem = rotating(by, number, label='')
+      problem => rotating(by, number, label='')
       ratio = 0.0_wp
       plan%end_time = 8.0_wp
       plan%goal = run_goal_t(local_tolerance=1e-14_wp)
@@ -222,13 +225,13 @@ contains
    !> Also where the run begins with e₀ = 0 and leaves it to either side.
    subroutine order_is_kept(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: wanted, state
       type(status_t) :: status
       real(wp) :: errors(2)
       integer :: way, m, k
       do way = 1, 4
-         problem = rotating(BY_TORQUE, 40 + way, label='')
+         problem => rotating(BY_TORQUE, 40 + way, label='')
          if (way > 2) call start_half_a_turn_off(problem, merge(1.0_wp, -1.0_wp, way == 3))
          wanted = problem%start
          call integrate(problem%system, default_settings('dop853'), wanted, &

@@ -14,7 +14,7 @@ submodule(suites_of_runs) test_reduced
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: body_momentum, box, bruls_top, fast_top, forced_body, kinetic_energy, make_state, march, &
-      precessing_top, problem_t, system_t, total_energy
+      new_system, precessing_top, problem_t, system_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
                            random_vector
    implicit none
@@ -78,12 +78,12 @@ contains
    !> Central differences err by h² of third derivatives and ε/h, h = ε^(1/3).
    subroutine jacobian_matches_differences(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(reduced_equations_t) :: equations
       integer(int64) :: seed
       real(wp) :: b(3), shift(3), above(3), below(3), matrix(3, 3), h
       integer :: i
-      problem = forced_body()
+      problem => forced_body()
       seed = 314159_int64
       problem%start = make_state(problem%system, random_unit_quaternion(seed), 2*random_vector(seed))
       call equations%forces%prepare(problem%system%effects, .true.)
@@ -138,11 +138,12 @@ contains
    subroutine added_root_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
       type(reduced_t) :: stepper
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
       integer :: k
+      system => new_system()
       call make_body(diagonal([1.0_wp, 1.0_wp, 0.25_wp]), system%body, status, mass=1.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
       call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -9.81e6_wp]))
@@ -157,11 +158,11 @@ contains
 
    subroutine momentum_alone_as_with_attitude(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(reduced_t) :: with, without
       type(state_t) :: a, b
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call problem%system%effects%add(damping_t([0.1_wp, 0.2_wp, 0.3_wp]))
       call problem%system%effects%add(rotor_t(name='rotor', momentum=[1.0_wp, 2.0_wp, -1.0_wp]))
       call with%prepare(problem%system, integrator_settings_t(), status)
@@ -177,11 +178,11 @@ contains
 
    subroutine states_off_the_constraints_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(reduced_t) :: stepper
       type(state_t) :: state
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call stepper%prepare(problem%system, integrator_settings_t(), status)
       state = problem%start
       state%q = 1.001_wp*state%q
@@ -195,10 +196,10 @@ contains
 
    subroutine projection_cannot_be_left_out(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(reduced_t) :: stepper
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call stepper%prepare(problem%system, integrator_settings_t(projection=.false.), status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
    end subroutine projection_cannot_be_left_out

@@ -29,7 +29,7 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_variation, only: attitude_variation, inertia_variation, rate_variation, variation_t
    use test_event_support, only: rate_event_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_problems, only: problem_t
+   use test_problems, only: new_problem, problem_t
    use test_resume, only: check_balance, check_stepper, label_of, run_steps, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, skip_test
@@ -88,7 +88,7 @@ contains
       type(status_t) :: status
       real(wp) :: tensors(6, 5), centers(3, 5), window(2), center(3), moved(n_parts), q(4), first(6)
       integer :: i, at
-      problem = problem_t()
+      problem = new_problem()
       moved = unmoved
       if (present(part)) moved = part
       first = [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, moved(3), 0.0_wp]
@@ -160,11 +160,12 @@ contains
 
    subroutine random_motions(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       real(qp) :: q(4)
       integer(int64) :: seed
       integer :: number, i
+      problem => new_problem()
       if (.not. has_oracle) then
          call skip_test(error, 'the compiler has no quadruple precision')
          return
@@ -187,11 +188,12 @@ contains
    !> Half the step divides the error by two to the power of the order.
    subroutine orders(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: expected, last
       integer(int64) :: seed
       real(wp) :: errors(2), step
       integer :: i, n, number
+      problem => new_problem()
       seed = 2012_int64
       do number = FIXED, WEIGHT
          call make_random(seed, number, problem)
@@ -214,10 +216,11 @@ contains
    !> Energy less works of conserving methods with long steps.
    subroutine balance(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       integer(int64) :: seed
       integer :: i, number
+      problem => new_problem()
       seed = 4712_int64
       do number = 1, 6
          call make_random(seed, 1 + modulo(number, 3), problem)
@@ -233,10 +236,11 @@ contains
    !> Simpson's rule between the breaks of the inertia.
    subroutine same_work(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, first
       integer(int64) :: seed
       integer :: i, number
+      problem => new_problem()
       seed = 816_int64
       do number = FIXED, WEIGHT
          call make_random(seed, number, problem)
@@ -265,7 +269,7 @@ contains
       path = kepler_orbit_t(semi_major_axis=axis, inclination=0.4_wp, mean_anomaly=1.0_wp, mu=mu)
       do n = 1, 2
          do m = 1, 2
-            problems(m) = problem_t()
+            problems(m) = new_problem()
             orbit = orbit_t(path, inertial=m == 1)
             associate (system => problems(m)%system)
                call make_body(symmetric(first_inertia), system%body, status)
@@ -303,11 +307,12 @@ contains
    subroutine rates_of_motion(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 1e-3_wp, t = 0.9_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: middle, states(2)
       type(motion_t) :: motion
       integer(int64) :: seed
       integer :: number, i
+      problem => new_problem()
       seed = 42_int64
       do number = 1, 6
          call make_random(seed, 1 + modulo(number, 3), problem)
@@ -332,13 +337,14 @@ contains
    !> Equal moments at all times: torque-free at any step, with the work of the gradient's isotropic part.
    subroutine growing_sphere(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(kepler_orbit_t) :: path
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp) :: moments(3, 3), momentum(3), work, energy
       integer :: i, n
+      problem => new_problem()
       call make_body(symmetric([1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]), problem%system%body, status)
       call problem%system%effects%add(inertia_change_t([0.1_wp, 0.1_wp, 0.1_wp]))
       path = kepler_orbit_t(semi_major_axis=axis, eccentricity=0.3_wp, mu=mu)
@@ -371,7 +377,7 @@ contains
       real(wp), parameter :: times(3) = [0.0_wp, 1.0_wp, 3.0_wp], mass = 2.0_wp, g = 9.81_wp, &
          heights(3, 2) = reshape([0.1_wp, 0.3_wp, 0.4_wp, -0.5_wp, -0.2_wp, 0.0_wp], [3, 2])
       type(center_change_t) :: path
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
@@ -381,7 +387,7 @@ contains
          centers = 0.0_wp
          centers(3, :) = heights(:, k)
          call make_tabulated_center(times, centers, path, status, at)
-         problem = problem_t()
+         problem => new_problem()
          call make_body(symmetric([2.0_wp, 2.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]), problem%system%body, status, &
                         mass=mass, center_of_mass=path%center_at(0.0_wp))
          call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -g]))
@@ -409,7 +415,7 @@ contains
    !> its changes and gravity.
    subroutine sensitivities(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem, moved
+      type(problem_t), pointer :: problem, moved
       type(integrator_settings_t) :: settings
       type(variation_t), allocatable :: variations(:)
       type(tangent_t) :: tangent
@@ -417,6 +423,8 @@ contains
       real(wp) :: theta(3), momentum(3), turn(4), part(n_parts)
       integer(int64) :: seed
       integer :: number, i, k, m
+      problem => new_problem()
+      moved => new_problem()
       do number = 1, 12
          seed = 31416_int64 + 17*number
          call make_random(seed, 1 + modulo(number, 4), problem)
@@ -481,7 +489,7 @@ contains
    !> Sensitivities of runs by five-point differences of the oracle.
    subroutine true_sensitivities(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem, moved
+      type(problem_t), pointer :: problem, moved
       type(variation_t), allocatable :: variations(:)
       class(run_t), allocatable :: run
       type(status_t) :: status
@@ -492,6 +500,8 @@ contains
       real(wp) :: part(n_parts)
       integer(int64) :: seed, start
       integer :: number, i, k, m
+      problem => new_problem()
+      moved => new_problem()
       if (.not. has_oracle) then
          call skip_test(error, 'the compiler has no quadruple precision')
          return
@@ -538,11 +548,12 @@ contains
    !> The last extremum of Ω₁ in a run: its time depends on the torque there, and thus on all parameters once more.
    subroutine times_of_extremes(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(variation_t), allocatable :: variations(:)
       real(wp) :: part(n_parts), time, moved, change(n_parts), expected
       integer(int64) :: seed, start
       integer :: number, k, m
+      problem => new_problem()
       start = 141421_int64
       do number = 1, 8
          start = start + 1
@@ -649,9 +660,10 @@ contains
 
    subroutine steppers_go_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer(int64) :: seed
       integer :: i
+      problem => new_problem()
       seed = 99_int64
       call make_random(seed, ON_ORBIT, problem)
       do i = 1, size(methods)

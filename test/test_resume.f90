@@ -157,10 +157,11 @@ contains
    end function label_of
 
    !> A problem that a method can solve: with every kind of effect, or free.
-   type(problem_t) function problem_for(method) result(problem)
+   function problem_for(method) result(problem)
       type(method_t), intent(in) :: method
-      problem = forced_body()
-      if (method%name == 'exact') problem = box()
+      type(problem_t), pointer :: problem
+      problem => forced_body()
+      if (method%name == 'exact') problem => box()
    end function problem_for
 
    !> `first` and then `rest` steps, with and without a change of steppers in between, end on the same bits.
@@ -200,12 +201,12 @@ contains
    subroutine steppers_go_on(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: moments(5) = [0, 1, 2, 5, 20]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: m, i, k
       do m = 1, size(methods)
          do k = 1, merge(1, 3, methods(m)%name == 'exact')
-            problem = problem_for(methods(m))
-            if (k == 2) problem = box()
+            problem => problem_for(methods(m))
+            if (k == 2) problem => box()
             if (k > 1) call problem%system%effects%add(rotating_frame_t(rate=[0.3_wp, -0.5_wp, 0.4_wp]))
             do i = 1, size(moments)
                call check_stepper(error, problem, settings_of(methods(m)), &
@@ -359,8 +360,9 @@ contains
    end subroutine runs_go_on
 
    !> The top of Brüls with torques that start and stop between the ends of steps.
-   type(problem_t) function windowed_top() result(problem)
-      problem = bruls_top()
+   function windowed_top() result(problem)
+      type(problem_t), pointer :: problem
+      problem => bruls_top()
       associate (effects => problem%system%effects)
          call effects%add(applied_torque_t(name='torque', amplitude=[3.0_wp, 0.0_wp, 1.0_wp], frequency=7.0_wp, &
                                            start=0.0103_wp, stop=0.0287_wp))
@@ -492,7 +494,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(integrator_settings_t), parameter :: settings = integrator_settings_t(formulation='reduced')
       class(stepper_t), allocatable, target :: first, second
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: whole, begun, resumed
       type(byte_archive_t) :: archive
       type(run_plan_t) :: plan
@@ -500,7 +502,7 @@ contains
       type(status_t) :: status
       character(len=:), allocatable :: wanted
       allocate (run_1, run_2)
-      problem = forced_body()
+      problem => forced_body()
       plan = run_plan_t(time_step=0.01_wp, end_time=0.5_wp)
       call run(problem, settings, plan, whole, wanted, status)
       call make_stepper(problem%system, settings, first, status)
@@ -527,9 +529,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(forgetful_t) :: stepper
       type(byte_archive_t) :: archive
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call stepper%prepare(problem%system, integrator_settings_t(), status)
       call archive%begin_writing()
       call stepper%transfer(archive)

@@ -14,8 +14,8 @@ submodule(suites_of_runs) test_rk8
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_OFF_BRANCH, status_t
    use test_conserving_runs, only: check_run, get_stepper, go
-   use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, make_state, march, problem_t, simo_top, &
-      system_t, total_energy
+   use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, make_state, march, new_problem, &
+      problem_t, simo_top, system_t, total_energy
    use test_shipped_scenes, only: scene_names
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
@@ -50,13 +50,15 @@ contains
    end procedure collect_rk8
 
    !> A body with unequal moments under uniform fields.
-   type(problem_t) function body_in_fields(fields, tensor) result(problem)
+   function body_in_fields(fields, tensor) result(problem)
       !> 1: gravity upright; 2: gravity aslant; 3: with a dipole.
       integer, intent(in) :: fields
       !> The inertia has products, which require the general equations.
       logical, intent(in) :: tensor
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: inertia(3, 3)
+      problem => new_problem()
       inertia = diagonal([0.4_wp, 0.7_wp, 1.0_wp])
       if (tensor) inertia(1, 2) = 0.05_wp
       if (tensor) inertia(2, 1) = 0.05_wp
@@ -91,8 +93,10 @@ contains
    end subroutine order_8_in_rotating_axes
 
    !> Returns a problem in inclined axes, with the same absolute motion.
-   type(problem_t) function rotating(still) result(problem)
+   function rotating(still) result(problem)
       type(problem_t), intent(in) :: still
+      type(problem_t), pointer :: problem
+      problem => new_problem()
       problem = still
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
    end function rotating
@@ -124,9 +128,10 @@ contains
    !> Steps of up to two revolutions.
    subroutine symmetric_tops_take_few_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       type(state_t) :: exact, state
+      problem => new_problem()
       call make_body(diagonal([3.0_wp, 3.0_wp, 4.0_wp]), problem%system%body, status, mass=1.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, 0.3_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
@@ -172,12 +177,13 @@ contains
       real(wp), intent(in) :: moments(3), center(3), field(3)
       !> The space axes turn.
       logical, intent(in) :: turns
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: exact, state
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status, mass=1.0_wp, center_of_mass=center)
       call problem%system%effects%add(gravity_t(problem%system%body, field))
-      if (turns) problem = rotating(problem)
+      if (turns) problem => rotating(problem)
       problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, -0.6_wp, 0.0_wp], &
                                  20*center + [0.5_wp, 0.4_wp, 0.3_wp])
       call go(error, problem, 'taylor', .true., 1e-2_wp, 300, exact)
@@ -219,13 +225,13 @@ contains
    subroutine rows_do_not_change_the_motion(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: n = 203
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: states(4)
       type(looker_t) :: looker
       type(status_t) :: status
       integer :: k, m
-      problem = body_in_fields(2, .false.)
+      problem => body_in_fields(2, .false.)
       do m = 1, size(spaced)
          do k = 1, 4
             states(k) = problem%start
@@ -246,13 +252,13 @@ contains
    !> Seen at every step, at times between, or at the end alone: the same bits, and the energy of the start.
    subroutine rows_do_not_change_chosen_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: plan
       type(looker_t) :: looker
       type(state_t) :: states(3)
       type(status_t) :: status
       integer :: k
-      problem = body_in_fields(3, .false.)
+      problem => body_in_fields(3, .false.)
       do k = 1, 3
          plan = run_plan_t(end_time=7.0_wp)
          plan%goal%local_tolerance = 1e-9_wp
@@ -300,12 +306,12 @@ contains
    !> Between two projections the state itself has the error of its steps, what is seen of it has not; both go on alike.
    subroutine seen_states_go_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state, seen, next
       type(status_t) :: status
       integer :: i
-      problem = box()
+      problem => box()
       call get_stepper(problem, 'rk8', .true., stepper, status)
       state = problem%start
       do i = 1, 3
@@ -328,16 +334,17 @@ contains
 
    subroutine there_and_back(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: k
+      problem => new_problem()
       do k = 1, 7
-         if (k == 1) problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
-         if (modulo(k, 3) == 2) problem = bruls_top()
-         if (modulo(k, 3) < 2 .and. k > 1) problem = body_in_fields(2 + modulo(k, 3), .false.)
-         if (k > 4) problem = rotating(problem)
+         if (k == 1) problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
+         if (modulo(k, 3) == 2) problem => bruls_top()
+         if (modulo(k, 3) < 2 .and. k > 1) problem => body_in_fields(2 + modulo(k, 3), .false.)
+         if (k > 4) problem => rotating(problem)
          call get_stepper(problem, 'rk8', .true., stepper, status)
          state = problem%start
          call march(problem%system, stepper, state, 0.02_wp, 50, status)
@@ -350,12 +357,12 @@ contains
    !> Free, and hanging straight down.
    subroutine rest_stays(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
-      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call go(error, problem, 'rk8', .true., 0.1_wp, 20, state)
       call check_close(error, state%q, problem%start%q, 0.0_wp, "free")
-      problem = bruls_top()
+      problem => bruls_top()
       problem%start = make_state(problem%system, [sqrt(0.5_wp), -sqrt(0.5_wp), 0.0_wp, 0.0_wp], &
                                  [0.0_wp, 0.0_wp, 0.0_wp])
       call go(error, problem, 'rk8', .true., 0.01_wp, 20, state)
@@ -364,16 +371,17 @@ contains
 
    subroutine too_long_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: k
+      problem => new_problem()
       do k = 1, 4
-         if (k == 1) problem = box()
-         if (k == 2) problem = body_in_fields(1, .false.)
-         if (k > 2) problem = bruls_top()
-         if (k > 3) problem = rotating(problem)
+         if (k == 1) problem => box()
+         if (k == 2) problem => body_in_fields(1, .false.)
+         if (k > 2) problem => bruls_top()
+         if (k > 3) problem => rotating(problem)
          call get_stepper(problem, 'rk8', .false., stepper, status)
          state = problem%start
          call stepper%step(problem%system, state, 100.0_wp, status)

@@ -23,6 +23,7 @@ submodule(suites_of_methods) test_root_proof
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_timed_force, only: timed_force_t
+   use test_problems, only: new_system
    use test_shipped_scenes, only: scene_names
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, &
                            random_unit_quaternion, random_vector, share_of, test_failed
@@ -455,11 +456,12 @@ contains
    !> q·p ≠ 0 with a finite J0: |q| changes in the step, which the proof does not know.
    subroutine off_manifold_is_not_certified(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(status_t) :: status
       type(state_t) :: state
       type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: stepper
+      system => new_system()
       call make_body(diagonal([2.0_wp, 3.0_wp, 4.0_wp]), system%body, status)
       settings%inverse_auxiliary_inertia = 0.2_wp
       state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.3_wp, 0.2_wp, -1.0_wp])

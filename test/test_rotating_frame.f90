@@ -21,7 +21,7 @@ submodule(suites_of_runs) test_rotating_frame
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: box, forced_body, march, problem_t
+   use test_problems, only: box, forced_body, march, new_problem, problem_t
    use test_reference_forms, only: hamilton_equations
    use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
@@ -76,9 +76,10 @@ contains
    end function drag_change
 
    !> A free body with that torque, in inclined axes or in inertial ones.
-   type(problem_t) function dragged(turns) result(problem)
+   function dragged(turns) result(problem)
       logical, intent(in) :: turns
-      problem = box()
+      type(problem_t), pointer :: problem
+      problem => box()
       ! The torque comes first: the list then has to tell it the rate.
       call problem%system%effects%add(absolute_drag_t(name='drag'))
       if (turns) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
@@ -87,13 +88,13 @@ contains
    !> Ω in body axes is the same, and the attitude differs by the rotation of the axes.
    subroutine absolute_drag_is_the_same(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: still, rotating
+      type(problem_t), pointer :: still, rotating
       type(state_t) :: states(2)
       type(status_t) :: status
       type(integrator_settings_t) :: settings
       integer :: m
-      still = dragged(.false.)
-      rotating = dragged(.true.)
+      still => dragged(.false.)
+      rotating => dragged(.true.)
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. methods(m)%name == 'taylor' .or. methods(m)%order < 4) cycle
          settings = settings_of(methods(m))
@@ -115,7 +116,8 @@ contains
       real(wp), parameter :: h = 1e-3_wp
       integer, parameter :: places(4) = [-2, -1, 1, 2], weights(4) = [1, -8, 8, -1]
       type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.01_wp, end_time=1.0_wp)
-      type(problem_t) :: problem, moved
+      type(problem_t), pointer :: problem
+      type(problem_t) :: moved
       type(variation_t) :: column
       type(status_t) :: status
       type(integrator_settings_t) :: settings
@@ -125,7 +127,7 @@ contains
       integer :: m, i
       column%name = 'rotating_frame.rate'
       column%frame = [0.3_wp, 0.5_wp, -0.2_wp]
-      problem = dragged(.true.)
+      problem => dragged(.true.)
       call problem%system%effects%add(damping_t([0.3_wp, 0.2_wp, 0.4_wp]))
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. methods(m)%name == 'taylor') cycle
@@ -154,10 +156,12 @@ contains
    end subroutine columns_of_absolute_drag
 
    !> A body of the tests' own with potentials of all kinds but no torque, in inclined axes.
-   type(problem_t) function potentials_only(rate) result(problem)
+   function potentials_only(rate) result(problem)
       real(wp), intent(in) :: rate(3)
-      type(problem_t) :: whole
-      whole = forced_body()
+      type(problem_t), pointer :: problem
+      type(problem_t), pointer :: whole
+      problem => new_problem()
+      whole => forced_body()
       problem%system%body = whole%system%body
       associate (effects => problem%system%effects, body => problem%system%body)
          call effects%add(whole%system%effects%potentials(1)%item)
@@ -173,14 +177,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: steps(3) = [0.01_wp, 0.1_wp, 0.25_wp], inverse_j0(3) = [0.0_wp, 0.1_wp, 0.01_wp]
       integer, parameter :: n_steps = 400
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
       integer :: i, j, form
-      problem = potentials_only(inclined)
+      problem => potentials_only(inclined)
       energy = conserved_energy(problem%system, problem%start)
       do form = 1, 2
          do j = 1, size(inverse_j0)
@@ -204,14 +208,14 @@ contains
 
    subroutine account_closes(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy, work
       integer :: i, form, order
-      problem = forced_body()
+      problem => forced_body()
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
       energy = conserved_energy(problem%system, problem%start)
       do form = 1, 2
@@ -233,15 +237,15 @@ contains
 
    subroutine both_forms_agree(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: full, reduced
       type(state_t) :: a, b
       type(status_t) :: status
       integer :: k
       do k = 1, 3
-         problem = box()
-         if (k == 2) problem = potentials_only([0.0_wp, 0.0_wp, 0.0_wp])
-         if (k == 3) problem = forced_body()
+         problem => box()
+         if (k == 2) problem => potentials_only([0.0_wp, 0.0_wp, 0.0_wp])
+         if (k == 3) problem => forced_body()
          call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
          call make_stepper(problem%system, integrator_settings_t(formulation='full'), full, status)
          call make_stepper(problem%system, integrator_settings_t(formulation='reduced'), reduced, status)
@@ -259,11 +263,11 @@ contains
    !> Every method against Hamilton's equations in these axes, integrated here by Runge and Kutta's formula.
    subroutine methods_follow_the_equations(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: expected, state
       type(status_t) :: status
       integer :: row, i
-      problem = forced_body()
+      problem => forced_body()
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
       expected = problem%start
       do i = 1, 2000
@@ -307,11 +311,11 @@ contains
 
    subroutine free_body_as_from_inertial_axes(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: row
       do row = 1, size(methods)
          if (methods(row)%order < 8 .or. methods(row)%name == 'exact') cycle
-         problem = box()
+         problem => box()
          problem%start = make_state(problem%system, problem%start%q, [3.0_wp, 1.0_wp, 0.5_wp])
          call compare_with_inertial_axes(error, problem, inclined, methods(row)%name, methods(row)%formulation, &
                                          methods(row)%projected)
@@ -321,9 +325,10 @@ contains
    !> Gravity along the axis of the frame is the same in it.
    subroutine top_as_from_inertial_axes(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       integer :: row, k
+      problem => new_problem()
       do row = 1, size(methods)
          if (methods(row)%order < 8 .or. methods(row)%name == 'exact') cycle
          do k = 1, 2
@@ -370,13 +375,13 @@ contains
 
    subroutine orders(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: exact, state
       type(status_t) :: status
       type(integrator_settings_t) :: settings
       real(wp) :: errors(2), dt
       integer :: form, order, k
-      problem = potentials_only(inclined)
+      problem => potentials_only(inclined)
       exact = problem%start
       call integrate(problem%system, default_settings('taylor'), exact, &
                      run_plan_t(time_step=0.01_wp, end_time=2.0_wp), status)
@@ -399,12 +404,12 @@ contains
 
    subroutine step_can_be_undone(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: form
-      problem = potentials_only(inclined)
+      problem => potentials_only(inclined)
       do form = 1, 2
          call make_stepper(problem%system, integrator_settings_t(formulation=solvers(form)), &
                            stepper, status)
@@ -420,13 +425,13 @@ contains
    !> Central differences err by h² of third derivatives and ε/h, h = ε^(1/3).
    subroutine jacobians_match_differences(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(reduced_equations_t) :: three
       type(eight_equations_t) :: eight
       integer(int64) :: seed
       real(wp) :: z(8), shift(8), above(8), below(8), matrix(8, 8), h
       integer :: i
-      problem = forced_body()
+      problem => forced_body()
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=3*inclined))
       seed = 314159_int64
       problem%start = make_state(problem%system, random_unit_quaternion(seed), 2*random_vector(seed))
@@ -462,7 +467,7 @@ contains
    !> potentials lie along it.
    subroutine projection_keeps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy, along, expected(3)
@@ -470,7 +475,7 @@ contains
       do row = 1, size(methods)
          if (.not. methods(row)%projected) cycle
          do k = 1, 3
-            problem = potentials_only(inclined)
+            problem => potentials_only(inclined)
             if (k < 3) then
                deallocate (problem%system%effects%potentials)
                problem%system%effects%n_potentials = 0
@@ -507,11 +512,12 @@ contains
    !> inertial axes is taken along.
    subroutine damping_acts_on_relative_rate(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp), parameter :: rate(3) = [0.0_wp, 0.0_wp, 0.8_wp], identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       integer :: row
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 2.0_wp, 2.5_wp]), problem%system%body, status)
       call problem%system%effects%add(damping_t([0.3_wp, 0.4_wp, 0.5_wp]))
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=rate))
@@ -537,12 +543,12 @@ contains
    !> Compares to the last bit.
    subroutine frame_of_rate_zero_is_none(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(system_t) :: other
       type(state_t) :: a, b
       type(status_t) :: status
       integer :: row
-      problem = forced_body()
+      problem => forced_body()
       other = problem%system
       call other%effects%add(rotating_frame_t(name='rotating_frame'))
       do row = 1, size(methods)

@@ -16,7 +16,8 @@ submodule(suites_of_runs) test_rotating_tops
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_controlled_run, only: recorder_t, run_to
-   use test_problems, only: body_momentum, bruls_top, conserved_energy, kinetic_energy, make_state, march, problem_t
+   use test_problems, only: body_momentum, bruls_top, conserved_energy, kinetic_energy, make_state, march, &
+      new_problem, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -42,18 +43,18 @@ contains
       real(wp), parameter :: down(3) = [2.0_wp, 1.0_wp, -9.0_wp], sizes(3) = [1e-120_wp, 1e-200_wp, 1e-300_wp]
       character(len=*), parameter :: methods(4) = [character(len=13) :: 'taylor', 'dop853', 'rk8', 'nielsen_krenk']
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, still
       type(status_t) :: status
       integer :: i, k, way
       do k = 1, size(methods)
-         problem = top(0, 0.0_wp*down)
+         problem => top(0, 0.0_wp*down)
          still = problem%start
          call make_stepper(problem%system, default_settings(trim(methods(k))), stepper, status)
          if (status%ok()) call march(problem%system, stepper, still, 0.01_wp, 20, status)
          do i = 1, size(sizes)
             do way = 1, 2
-               problem = top(0, sizes(i)*merge(down, inclined, way == 1))
+               problem => top(0, sizes(i)*merge(down, inclined, way == 1))
                state = problem%start
                if (status%ok()) call make_stepper(problem%system, default_settings(trim(methods(k))), stepper, status)
                if (status%ok()) call march(problem%system, stepper, state, 0.01_wp, 20, status)
@@ -65,11 +66,13 @@ contains
    end subroutine tiny_rates
 
    !> A top whose centre of mass lies on a body axis, in axes that turn at a rate; of axis 0 no moments are equal.
-   type(problem_t) function top(axis, rate) result(problem)
+   function top(axis, rate) result(problem)
       integer, intent(in) :: axis
       real(wp), intent(in) :: rate(3)
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: moments(3), along(3)
+      problem => new_problem()
       moments = [2.0_wp, 2.6_wp, 1.5_wp]
       along = [0.1_wp, -0.3_wp, 0.5_wp]
       if (axis > 0) then
@@ -85,13 +88,13 @@ contains
 
    subroutine which_effects_know(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp), parameter :: down(3) = [2.0_wp, 1.0_wp, -9.0_wp]
-      problem = top(3, inclined)
+      problem => top(3, inclined)
       call check(error,.not. follows_rotating_axes(problem%system%effects), "an inclined field")
-      problem = top(3, -0.3_wp*down)
+      problem => top(3, -0.3_wp*down)
       call check(error, follows_rotating_axes(problem%system%effects), "a field along the rate")
-      problem = top(3, 0.0_wp*down)
+      problem => top(3, 0.0_wp*down)
       call check(error,.not. follows_rotating_axes(problem%system%effects), "axes that stand still")
    end subroutine which_effects_know
 
@@ -131,7 +134,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: off(5) = [0.0_wp, 1e-15_wp, 1e-13_wp, 1e-10_wp, 1e-5_wp]
       real(wp) :: rate(3)
-      type(problem_t) :: still
+      type(problem_t), pointer :: still
       class(stepper_t), allocatable :: stepper
       type(state_t) :: a, b
       type(status_t) :: status
@@ -142,11 +145,11 @@ contains
             rate(1) = rate(1) + off(1 + modulo(i - 1, size(off)))
             call compare_with_dop853(error, top(axis, rate), 'along the field')
             if (abs(off(1 + modulo(i - 1, size(off)))) > 0.0_wp) cycle
-            still = top(axis, [0.0_wp, 0.0_wp, 0.0_wp])
+            still => top(axis, [0.0_wp, 0.0_wp, 0.0_wp])
             a = still%start
             call make_stepper(still%system, default_settings('taylor'), stepper, status)
             call march(still%system, stepper, a, 0.05_wp, 40, status)
-            still = top(axis, rate)
+            still => top(axis, rate)
             b = still%start
             call make_stepper(still%system, default_settings('taylor'), stepper, status)
             if (status%ok()) call march(still%system, stepper, b, 0.05_wp, 40, status)
@@ -158,7 +161,7 @@ contains
 
    subroutine orders(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state, exact
@@ -166,7 +169,7 @@ contains
       real(wp) :: errors(2)
       integer :: order, axis, k
       do axis = 0, 3, 3
-         problem = top(axis, inclined)
+         problem => top(axis, inclined)
          settings = default_settings('dop853')
          settings%conserve = .false.
          call make_stepper(problem%system, settings, stepper, status)
@@ -193,7 +196,7 @@ contains
    subroutine conserving_steps(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: n_steps = 200
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: full, reduced
       type(state_t) :: a, b
       type(status_t) :: status
@@ -201,7 +204,7 @@ contains
       integer :: axis, fields
       do axis = 0, 3
          do fields = 1, 2
-            problem = top(axis, inclined)
+            problem => top(axis, inclined)
             if (fields == 2) &
                call problem%system%effects%add(dipole_t([1.0_wp, 0.3_wp, 0.5_wp], [0.0_wp, 2.0_wp, 1.0_wp]))
             energy = conserved_energy(problem%system, problem%start)
@@ -225,7 +228,7 @@ contains
    !> The top of Brüls on the rotating Earth, and on one that turns 1e4 times as fast.
    subroutine few_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: recorder
       type(run_summary_t) :: few, many
       type(state_t) :: a, b
@@ -233,7 +236,7 @@ contains
       real(wp) :: energy
       integer :: i
       do i = 1, 2
-         problem = bruls_top()
+         problem => bruls_top()
          call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=7.3e-5_wp*merge(1e4_wp, 1.0_wp, &
                                                                                   i == 2)*[0.0_wp, 0.6_wp, 0.8_wp]))
          energy = conserved_energy(problem%system, problem%start)

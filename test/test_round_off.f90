@@ -9,7 +9,7 @@ submodule(suites_of_runs) test_round_off
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: status_t
    use nutate_steady_top, only: sleeping_spin
-   use test_problems, only: box, kinetic_energy, make_state, march, problem_t, space_momentum
+   use test_problems, only: box, kinetic_energy, make_state, march, new_problem, problem_t, space_momentum
    use test_support, only: check, check_below, error_type, new_unittest
    implicit none
 
@@ -43,10 +43,11 @@ contains
    !> In body axes each step is the same, and so is what rounding takes from 2/(1+β): it must be put back.
    subroutine steady_spin_keeps_norm(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp), parameter :: steps(4) = [0.5_wp, 0.51_wp, 0.53_wp, 1.2_wp]
       integer :: i
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 2.0_wp, 2.5_wp]), problem%system%body, status)
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1.0_wp])
       do i = 1, size(steps)
@@ -59,9 +60,10 @@ contains
    !> would be the same in every step.
    subroutine finite_j0_keeps_norm(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp), parameter :: moments(3) = [1.0_wp, 1.0_wp, 0.25_wp], mgl = 9.81_wp
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status, mass=1.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -mgl]))
@@ -75,9 +77,10 @@ contains
    subroutine finite_j0_keeps_norm_in_frame(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(3) = ['full   ', 'full   ', 'reduced']
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       integer :: i, order
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 2.0_wp, 2.5_wp]), problem%system%body, status)
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=[0.2_wp, -0.3_wp, 0.5_wp]))
       call problem%system%effects%add(dipole_t([0.5_wp, 1.0_wp, 2.0_wp], [0.0_wp, 0.0_wp, 1.0_wp]))
@@ -92,8 +95,9 @@ contains
    !> A top at 1e6 rad/s, a steady spin but for 1e-11 of its momentum in a step.
    subroutine fast_spin_keeps_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 1.0_wp, 0.25_wp]), problem%system%body, status, mass=1.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
@@ -107,7 +111,7 @@ contains
    !> every step.
    subroutine long_turns_keep_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: stepper
@@ -115,6 +119,7 @@ contains
       integer, parameter :: n = 5000
       real(wp) :: before, after
       integer :: i
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 1.0_wp, 0.25_wp]), problem%system%body, status, mass=1.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
@@ -147,13 +152,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=7), parameter :: solvers(2) = [character(len=7) :: 'full', 'reduced']
       integer, parameter :: runs = 24, n = 10000
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: start, squares
       integer :: i, k
-      problem = box()
+      problem => box()
       do k = 1, size(solvers)
          squares = 0.0_wp
          do i = 1, runs

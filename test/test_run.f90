@@ -103,12 +103,12 @@ contains
 
    subroutine last_step_ends_at_the_end(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state, expected
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call run(problem, run_plan_t(time_step=0.02_wp, end_time=0.05_wp), recorder, state, summary, status)
       call check_close(error, recorder%times(1:4), [0.0_wp, 0.02_wp, 0.04_wp, 0.05_wp], 0.0_wp, "t")
       ! Two whole steps and one of half the length.
@@ -131,28 +131,28 @@ contains
 
    subroutine run_goes_backwards(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      problem = precessing_top()
+      problem => precessing_top()
       call run(problem, run_plan_t(time_step=-0.001_wp, end_time=-0.5_wp), recorder, state, summary, status)
       call check(error, status%ok(), trim(status%message))
       problem%start = state
       call run(problem, run_plan_t(time_step=0.001_wp, end_time=0.0_wp), recorder, state, summary, status)
-      problem = precessing_top()
+      problem => precessing_top()
       call check_close(error, [state%t, state%q], [0.0_wp, problem%start%q], 1e-12_wp, "back at the start")
    end subroutine run_goes_backwards
 
    subroutine run_is_its_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state, expected
       type(status_t) :: status
-      problem = precessing_top()
+      problem => precessing_top()
       call run(problem, run_plan_t(time_step=0.001_wp, end_time=0.2_wp), recorder, state, summary, status)
       call solve(problem, 0.001_wp, 200, expected, status)
       call check_close(error, [state%q, state%p], [expected%q, expected%p], 0.0_wp, "q, p")
@@ -179,13 +179,13 @@ contains
    subroutine steps_keep_their_length(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: start(2) = [0.0_wp, 1e7_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: recorder
       type(state_t) :: state(2)
       type(run_summary_t) :: summary
       type(status_t) :: status
       integer :: i
-      problem = box()
+      problem => box()
       do i = 1, 2
          problem%start%t = start(i)
          recorder%rows = 0
@@ -199,12 +199,12 @@ contains
    !> Two runs show the times of one, to the last digit.
    subroutine run_goes_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(recorder_t) :: whole, first, second
       type(state_t) :: state(3)
       type(run_summary_t) :: summary
       type(status_t) :: status
-      problem = box()
+      problem => box()
       problem%start%t = 0.3_wp
       call run(problem, run_plan_t(time_step=0.1_wp, end_time=0.3_wp + 57*0.1_wp), whole, state(1), summary, status)
       call run(problem, run_plan_t(time_step=0.1_wp, end_time=0.3_wp + 20*0.1_wp, steps=20), first, state(2), summary, &

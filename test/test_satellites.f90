@@ -11,7 +11,7 @@ module test_satellites
    use nutate_orbit, only: earth_mu, orbit_t
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_status, only: status_t
-   use test_problems, only: make_state, problem_t
+   use test_problems, only: make_state, new_problem, problem_t
    implicit none
    private
 
@@ -53,11 +53,13 @@ contains
    end function push_along
 
    !> A body on an orbit, with what acts on it.
-   type(problem_t) function satellite(orbit, what) result(problem)
+   function satellite(orbit, what) result(problem)
       type(orbit_t), intent(in) :: orbit
       integer, intent(in) :: what
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: q(4)
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       call problem%system%effects%add(orbit)
       if (what /= FORCE_ALONG) call problem%system%effects%add(earth_field_t(magnet, field_along(orbit)))

@@ -17,8 +17,8 @@ submodule(suites_of_effects) test_saturation
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: angular_velocity, conserved_energy, forced_body, kinetic_energy, make_state, problem_t, &
-      space_momentum, system_t, total_energy
+   use test_problems, only: angular_velocity, conserved_energy, forced_body, kinetic_energy, make_state, new_problem, &
+      new_system, problem_t, space_momentum, system_t, total_energy
    use test_resume, only: check_run, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
@@ -62,10 +62,12 @@ contains
    end function pointing
 
    !> A body that turns about its axis 3, θ(0) = 1 rad.
-   type(problem_t) function plain_turn(controller, wheel) result(problem)
+   function plain_turn(controller, wheel) result(problem)
       type(controller_t), intent(in) :: controller
       type(wheel_t), intent(in), optional :: wheel
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       if (present(wheel)) call add_wheel(problem%system, wheel, status)
       call add_controller(problem%system, controller, status)
@@ -73,16 +75,18 @@ contains
    end function plain_turn
 
    !> A tumbling body with four wheels on inclined axes and a controller.
-   type(problem_t) function tumbling(controller, forced, torque_limit, speed_limit) result(problem)
+   function tumbling(controller, forced, torque_limit, speed_limit) result(problem)
       type(controller_t), intent(in) :: controller
       !> The body has every other kind of effect too.
       logical, intent(in) :: forced
       !> Limits of the motors, N m and rad/s.
       real(wp), intent(in) :: torque_limit, speed_limit
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: axis(3)
       integer :: i
-      if (forced) problem = forced_body()
+      problem => new_problem()
+      if (forced) problem => forced_body()
       if (.not. forced) call make_body(diagonal(moments), problem%system%body, status)
       do i = 1, 4
          axis = [merge(1, -1, i < 3), merge(1, -1, mod(i, 2) == 0), 1]
@@ -231,7 +235,7 @@ contains
    !> Checks controllers beside every other effect. With wheels all momentum stays if no external torque acts.
    subroutine account_and_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       type(run_summary_t) :: summary
@@ -239,7 +243,7 @@ contains
       integer :: m, way, by
       do way = 1, 4
          by = merge(BY_WHEELS, merge(BY_MAGNETORQUERS, BY_TORQUE, way == 3), way < 3)
-         problem = tumbling(pointing(by, merge(huge(1.0_wp), 0.6_wp, by == BY_WHEELS)), way > 1, &
+         problem => tumbling(pointing(by, merge(huge(1.0_wp), 0.6_wp, by == BY_WHEELS)), way > 1, &
                             0.2_wp, merge(huge(1.0_wp), 12.0_wp, way > 2))
          do m = 1, size(methods)
             if (.not. takes_laws(methods(m), by) .or. .not. methods(m)%conserving) cycle
@@ -263,11 +267,11 @@ contains
    subroutine motor_minds_its_limits(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: torque_limit = 0.7_wp, speed_limit = 9.0_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(wheel_watcher_t) :: watcher
       type(state_t) :: state
       type(status_t) :: status
-      problem = plain_turn(pointing(BY_WHEELS, huge(1.0_wp)), &
+      problem => plain_turn(pointing(BY_WHEELS, huge(1.0_wp)), &
                            wheel_t(name='wheel', axis=[0.0_wp, 0.0_wp, 1.0_wp], inertia=0.1_wp, &
                                    torque_limit=torque_limit, speed_limit=speed_limit))
       state = problem%start
@@ -299,12 +303,12 @@ contains
    !> body is driven on, and then back; it is never driven harder than the limit allows.
    subroutine law_jumps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: omega(3), before
       integer :: i
-      problem = plain_turn(pointing(BY_TORQUE, 0.7_wp))
+      problem => plain_turn(pointing(BY_TORQUE, 0.7_wp))
       problem%start = make_state(problem%system, [cos(1.5_wp), 0.0_wp, 0.0_wp, sin(1.5_wp)], [0.0_wp, 0.0_wp, 1.4_wp])
       state = problem%start
       before = 1.4_wp
@@ -354,11 +358,11 @@ contains
    !> Interrupted before, at and behind limits.
    subroutine runs_go_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: m, way, by
       do way = 1, 3
          by = merge(BY_WHEELS, merge(BY_MAGNETORQUERS, BY_TORQUE, way == 2), way == 1)
-         problem = tumbling(pointing(by, merge(huge(1.0_wp), 0.6_wp, by == BY_WHEELS)), .true., 0.2_wp, 6.0_wp)
+         problem => tumbling(pointing(by, merge(huge(1.0_wp), 0.6_wp, by == BY_WHEELS)), .true., 0.2_wp, 6.0_wp)
          do m = 1, size(methods)
             if (.not. takes_laws(methods(m), by)) cycle
             call check_run(error, problem, settings_of(methods(m)), &
@@ -375,12 +379,14 @@ contains
       real(wp), parameter :: until = 40.0_wp
       type(kepler_orbit_t) :: path
       type(controller_t) :: controller
-      type(system_t) :: system, empty
+      type(system_t), pointer :: empty
+      type(system_t) :: system
       type(orbit_t) :: orbit
       type(state_t) :: states(2)
       type(status_t) :: status
       real(wp) :: q(4)
       integer :: way, by
+      empty => new_system()
       path = kepler_orbit_t(mu=0.04_wp, inclination=0.5_wp, raan=0.3_wp, mean_anomaly=1.0_wp)
       do by = BY_TORQUE, BY_WHEELS
          do way = 1, 2
@@ -431,10 +437,10 @@ contains
 
    subroutine limits_need_runs(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
-      problem = plain_turn(pointing(BY_TORQUE, 0.7_wp))
+      problem => plain_turn(pointing(BY_TORQUE, 0.7_wp))
       state = problem%start
       call integrate(problem%system, fine, state, &
                      run_plan_t(goal=run_goal_t(accuracy=1e-6_wp), end_time=1.0_wp), status)

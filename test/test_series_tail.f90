@@ -102,13 +102,13 @@ contains
    !> The plain sum needs 448 steps of order 16 for 50 s to 1e-6 rad.
    subroutine fewer_fixed_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(free_body_t) :: solution
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: q(4), momentum(3)
-      problem = box()
+      problem => box()
       call solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), status)
       call solution%evaluate(50.0_wp, q, momentum)
       call make_stepper(problem%system, default_settings('taylor'), stepper, status)
@@ -178,7 +178,7 @@ contains
    !> take from a tolerance.
    subroutine goes_back(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(taylor_t) :: stepper
       type(integrator_settings_t) :: settings
       type(state_t) :: state
@@ -187,9 +187,9 @@ contains
       integer :: i
       settings = default_settings('taylor')
       settings%series_order = 20
-      problem = forced_body()
+      problem => forced_body()
       do i = 1, 2
-         if (i == 2) problem = box()
+         if (i == 2) problem => box()
          call stepper%prepare(problem%system, settings, status)
          state = problem%start
          step = 0.1_wp

@@ -5,7 +5,7 @@ module test_stability_axes
    use nutate_observer, only: run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: angular_velocity, box, make_state, problem_t, system_t
+   use test_problems, only: angular_velocity, box, make_state, new_problem, problem_t, system_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, unittest_type
@@ -145,9 +145,9 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(axis_meter_t) :: meter
-      problem = box()
+      problem => box()
       problem%start = make_state(problem%system, identity, [0.0_wp, 0.0_wp, 10.0_wp])
       call follow(problem, way, 0.01_wp, merge(100000_long, 500_long, whole), record, meter=meter)
       call record%require(.not. record%refused, trim(record%outcome))
@@ -166,11 +166,11 @@ contains
       type(record_t), intent(inout) :: record
       real(wp), parameter :: sizes(3) = [1e-300_wp, 1e-16_wp, 1e-8_wp]
       real(wp), parameter :: dt = 0.05_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(axis_meter_t) :: meter, blank
       real(wp) :: rate, earliest
       integer :: i
-      problem = box()
+      problem => box()
       rate = scheme_rate(problem%system%body%moments, 10.0_wp, dt)
       do i = 1, 3
          meter = blank
@@ -208,9 +208,9 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: ratio
-      problem = box()
+      problem => box()
       associate (j => problem%system%body%moments)
          ratio = sqrt(j(1)*(j(3) - j(1))/(j(2)*(j(2) - j(3))))
       end associate
@@ -230,9 +230,11 @@ contains
          1.0_wp, 1.0_wp, 1.5_wp, &
          1.0_wp, 1.0_wp + 1e-15_wp, 1.5_wp, &
          1.0_wp, 2.0_wp, 3.0_wp], [3, 4])
-      type(problem_t) :: problem, blank
+      type(problem_t), pointer :: blank
+      type(problem_t) :: problem
       type(status_t) :: status
       integer :: i
+      blank => new_problem()
       do i = 1, size(moments, 2)
          problem = blank
          call make_body(diagonal(moments(:, i)), problem%system%body, status)
@@ -251,8 +253,9 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal([1.0_wp, 1.0_wp, 1e-12_wp]), problem%system%body, status)
       call record%require(status%ok(), trim(status%message))
       if (.not. status%ok()) return

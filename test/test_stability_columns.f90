@@ -7,7 +7,7 @@ module test_stability_columns
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: angular_velocity, box, make_state, precessing_top, problem_t
+   use test_problems, only: angular_velocity, box, make_state, new_problem, precessing_top, problem_t
    use test_random_scenes, only: make_random_scene, random_scene_t
    use test_stability_case, only: check_case, INFINITE_J0, ORDER_TWO, record_t, stability_case_t, way_t
    use test_support, only: error_type, new_unittest, unittest_type
@@ -96,8 +96,9 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call follow(box(), way, 0.05_wp, number_of_steps(way, whole), [0.0_wp, 0.0_wp, 0.0_wp], .true., record)
       call follow(precessing_top(), way, 1e-3_wp, number_of_steps(way, whole), [0.0_wp, 0.0_wp, 1.0_wp], .true., record)
       call make_body(diagonal([2.0_wp, 1.5_wp, 1.0_wp]), problem%system%body, status)

@@ -104,8 +104,8 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem
-      problem = box()
+      type(problem_t), pointer :: problem
+      problem => box()
       problem%start = make_state(problem%system, problem%start%q, [0.0_wp, 10.0_wp, 0.0_wp])
       call run_long(problem, way, 0.05_wp, merge(10000000_long, 20000_long, whole), record, &
                     merge(2e-12_wp, 1e-13_wp, whole))

@@ -18,7 +18,7 @@ module test_stability_scales
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, status_t
-   use test_problems, only: body_momentum, make_state, problem_t
+   use test_problems, only: body_momentum, make_state, new_problem, problem_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: check, error_type, in_turn, new_unittest, unittest_type
@@ -108,8 +108,9 @@ contains
       type(record_t), intent(inout) :: record
       real(wp), parameter :: moments(3) = [1.022e-47_wp, 1.9187e-47_wp, 2.9407e-47_wp]
       real(wp), parameter :: omega(3) = [0.6e13_wp, 0.3e13_wp, 0.7e13_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       call record%require(status%ok(), trim(status%message))
       problem%start = make_state(problem%system, identity, omega)
@@ -128,8 +129,9 @@ contains
       type(record_t), intent(inout) :: record
       real(wp), parameter :: moments(3) = [8.0101e37_wp, 8.0103e37_wp, 8.0365e37_wp]
       real(wp), parameter :: omega(3) = [1e-10_wp, 0.0_wp, 7.292115e-5_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       call record%require(status%ok(), trim(status%message))
       problem%start = make_state(problem%system, identity, omega)
@@ -168,10 +170,12 @@ contains
    end subroutine compare_free
 
    !> A body under every effect, twice of some kinds, in some units.
-   type(problem_t) function all_effects(u) result(problem)
+   function all_effects(u) result(problem)
       type(units_t), intent(in) :: u
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: energy, tensor(3, 3)
+      problem => new_problem()
       energy = u%m*(u%l/u%t)**2
       tensor = reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, 0.75_wp, 6.0_wp], [3, 3])
       call make_body((u%m*u%l**2)*tensor, problem%system%body, status, mass=2*u%m, &
@@ -234,12 +238,12 @@ contains
       type(record_t), intent(inout) :: record
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: plan
       type(meter_t) :: meter
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
-      problem = all_effects(u)
+      problem => all_effects(u)
       state = problem%start
       meter%inverse_j0 = way%inverse_j0(problem%system)
       plan%end_time = merge(200.0_wp, 10.0_wp, whole)*u%t
@@ -268,13 +272,14 @@ contains
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       class(stepper_t), allocatable :: stepper
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       type(state_t) :: before
       type(status_t) :: status
       character(len=4) :: label
       real(wp) :: dt
       integer :: i
+      problem => new_problem()
       do i = 0, 19
          call make_broken(i, problem, dt)
          write (label, '(i0)') i
@@ -308,7 +313,7 @@ contains
       real(wp), intent(out) :: dt
       type(status_t) :: status
       real(wp) :: omega(3), nan, infinity
-      problem = problem_t()
+      problem = new_problem()
       nan = ieee_value(nan, ieee_quiet_nan)
       infinity = ieee_value(infinity, ieee_positive_inf)
       dt = 0.01_wp

@@ -72,7 +72,7 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(record_t) :: part
       !> Factors as far from 1 as an initial state may be.
@@ -80,7 +80,7 @@ contains
       real(wp) :: square
       integer :: i
       do i = 1, size(factors)
-         problem = precessing_top()
+         problem => precessing_top()
          problem%start%q = factors(i)*problem%start%q
          problem%start%p = problem%start%p/factors(i)
          square = dot_product(problem%start%q, problem%start%q)
@@ -115,11 +115,11 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(record_t) :: part
       real(wp) :: start(4), w(4), expected
-      problem = box()
+      problem => box()
       problem%start%p = problem%start%p + 1e-3_wp*norm2(problem%start%p)*problem%start%q
       start = bilinear_form(problem%start%q, problem%start%p)
       call follow(problem, way, 0.01_wp, merge(100000_long, 100_long, whole), part, state=state)
@@ -148,7 +148,8 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem, again
+      type(problem_t), pointer :: problem
+      type(problem_t) :: again
       type(state_t) :: state, middle, last
       character(len=24) :: digits(7)
       real(wp) :: values(7), omega(3), distance, stages, bound
@@ -161,8 +162,8 @@ contains
       bound = 0.15_wp*n*2.5e-17_wp*sqrt(2*stages/3) + 1e-13_wp
       distance = 0.0_wp
       do k = 1, 2
-         problem = precessing_top()
-         if (k == 2) problem = bruls_top()
+         problem => precessing_top()
+         if (k == 2) problem => bruls_top()
          call follow(problem, way, 0.001_wp, n, record, state=middle)
          call follow(problem, way, 0.001_wp, 2*n, record, state=last)
          write (digits, '(es24.16e3)') middle%q, angular_velocity(problem%system, middle)

@@ -8,7 +8,7 @@ module test_stability_stiff
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
-   use test_problems, only: angular_velocity, kinetic_energy, make_state, problem_t, system_t
+   use test_problems, only: angular_velocity, kinetic_energy, make_state, new_problem, problem_t, system_t
    use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, one_in, unittest_type
@@ -100,10 +100,12 @@ contains
    end subroutine damping_takes_energy
 
    !> A body with a spring to its point (1, 0, 0).
-   type(problem_t) function sprung_body(anchor, stiffness, rest_length, omega, turn) result(problem)
+   function sprung_body(anchor, stiffness, rest_length, omega, turn) result(problem)
       !> m; N/m; m; body axes, rad/s; half the angle about axis 3 at the start, rad.
       real(wp), intent(in) :: anchor(3), stiffness, rest_length, omega(3), turn
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       call problem%system%effects%add(spring_t(e1, anchor, stiffness, rest_length))
       problem%start = make_state(problem%system, [cos(turn), 0.0_wp, 0.0_wp, sin(turn)], omega)
@@ -213,10 +215,12 @@ contains
          call record%require(record%subdivided_steps == earlier, 'a step that suits the motion was subdivided')
    end subroutine run_rest
 
-   type(problem_t) function damped_body(coefficient, omega) result(problem)
+   function damped_body(coefficient, omega) result(problem)
       !> Body axes, N m s; rad/s.
       real(wp), intent(in) :: coefficient(3), omega(3)
+      type(problem_t), pointer :: problem
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       call problem%system%effects%add(damping_t(coefficient))
       problem%start = make_state(problem%system, identity, omega)
@@ -227,7 +231,7 @@ contains
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       type(motion_meter_t) :: meter, blank
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(record_t) :: part
       real(wp), parameter :: coefficients(3, 3) = reshape([3e2_wp, 3e2_wp, 3e2_wp, 1e3_wp, 1e4_wp, 1e5_wp, &
                                                            1e12_wp, 1e13_wp, 1e12_wp], [3, 3])
@@ -237,7 +241,7 @@ contains
       energy = 0.5_wp*dot_product(moments, omega**2)
       call record%show('of 3 dampings rejected', 0.0_wp)
       do i = 1, size(coefficients, 2)
-         problem = damped_body(coefficients(:, i), omega)
+         problem => damped_body(coefficients(:, i), omega)
          meter = blank
          part = record_t()
          call follow(problem, way, 0.01_wp, merge(10000_long, 100_long, whole), part, meter=meter)

@@ -111,7 +111,8 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(problem_t) :: problem, back
+      type(problem_t), pointer :: problem
+      type(problem_t) :: back
       type(state_t) :: state
       real(wp) :: distance, worst
       integer(long) :: n
@@ -120,8 +121,8 @@ contains
       do k = 1, 2
          ! Damping on the way there is driving on the way back and amplifies round-off.
          n = merge(100000_long, 500_long, whole .and. k == 1)
-         problem = precessing_top()
-         if (k == 2) problem = forced_body()
+         problem => precessing_top()
+         if (k == 2) problem => forced_body()
          back = problem
          call follow(problem, way, merge(0.001_wp, 0.01_wp, k == 1), n, record, state=back%start)
          call follow(back, way, merge(-0.001_wp, -0.01_wp, k == 1), n, record, state=state)
@@ -194,14 +195,14 @@ contains
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       real(wp), parameter :: dt = 0.001_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, reference
       type(clock_meter_t) :: meter, blank
       integer(long) :: n
       integer(long), parameter :: starts(3) = [1000000000_long, 1234567891_long, -999999999_long]
       integer :: i
       n = merge(100000_long, 150_long, whole)
-      problem = precessing_top()
+      problem => precessing_top()
       call follow(problem, way, dt, n, record, state=reference)
       do i = 1, size(starts)
          problem%start%t = starts(i)*dt
@@ -227,13 +228,13 @@ contains
       type(way_t), intent(in) :: way
       type(record_t), intent(inout) :: record
       real(wp), parameter :: t_later = 1e6_wp, interval = 0.01_wp, length = 0.2_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, reference
       type(clock_meter_t) :: meter, blank
       type(status_t) :: status
       type(run_plan_t) :: plan
       plan = run_plan_t(end_time=length, interval=interval, goal=run_goal_t(local_tolerance=1e-8_wp))
-      problem = precessing_top()
+      problem => precessing_top()
       reference = problem%start
       call integrate(problem%system, way%settings(problem%system), reference, plan, status, meter)
       call record%require(status%ok() .and. reference%t == length, 'the controlled run did not end on its time')
@@ -257,9 +258,9 @@ contains
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       type(clock_meter_t) :: every, some, once
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: k
-      problem = forced_body()
+      problem => forced_body()
       call follow(problem, way, 0.02_wp, 200_long, record, meter=every)
       call follow(problem, way, 0.02_wp, 200_long, record, meter=some, every=merge(3_long, 7_long, whole))
       call follow(problem, way, 0.02_wp, 200_long, record, meter=once, every=1000_long)

@@ -12,7 +12,7 @@ module test_stability_top
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_steady_top, only: sleeping_spin
-   use test_problems, only: body_momentum, make_state, problem_t, system_t
+   use test_problems, only: body_momentum, make_state, new_problem, new_system, problem_t, system_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, unittest_type
@@ -151,12 +151,14 @@ contains
    end subroutine every_gravity
 
    !> The top with its axis at an angle about space axis 1 from the vertical.
-   type(problem_t) function tilted_top(tilt, omega, gravity) result(problem)
+   function tilted_top(tilt, omega, gravity) result(problem)
       !> rad; body axes, rad/s; m/s².
       real(wp), intent(in) :: tilt, omega(3)
       real(wp), intent(in), optional :: gravity
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: g
+      problem => new_problem()
       g = mgl
       if (present(gravity)) g = gravity
       call make_body(diagonal([j1, j1, j3]), problem%system%body, status, mass=1.0_wp, &
@@ -198,9 +200,10 @@ contains
    subroutine watch_angles(self, state)
       class(tilt_meter_t), intent(inout) :: self
       type(state_t), intent(in) :: state
-      type(system_t) :: none
+      type(system_t), pointer :: none
       type(run_record_t) :: record
       real(wp) :: values(4), change(3), turn
+      none => new_system()
       call self%columns%follow(state)
       call self%columns%evaluate(none, state, record, values)
       change = values(2:4) - self%angles
@@ -364,11 +367,11 @@ contains
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       type(tilt_meter_t) :: meter
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp), parameter :: tilt = 0.5_wp, spin = 1e6_wp
       integer(long) :: earlier
       real(wp) :: nutation
-      problem = tilted_top(tilt, [0.0_wp, 0.0_wp, spin])
+      problem => tilted_top(tilt, [0.0_wp, 0.0_wp, spin])
       nutation = 2*mgl*j1*sin(tilt)/(j3*spin)**2
       call follow(problem, way, 1e-6_wp, merge(1000000_long, 3000_long, whole), record, meter=meter)
       call record%require_below(max(meter%most - tilt, tilt - meter%least), 2*nutation + 1e-13_wp, 'nutation')
@@ -424,12 +427,12 @@ contains
       type(record_t), intent(inout) :: record
       !> rad
       real(wp), intent(out) :: distance
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(lagrange_top_t) :: exact
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: q(4), momentum(3)
-      problem = tilted_top(1.0_wp, [1.0_wp, 0.0_wp, 3.0_wp]/unit, gravity)
+      problem => tilted_top(1.0_wp, [1.0_wp, 0.0_wp, 3.0_wp]/unit, gravity)
       call follow(problem, way, dt*unit, n, record, state=state)
       call exact%prepare(j1, j3, gravity, problem%start%q, body_momentum(problem%start), status)
       call exact%evaluate(state%t, q, momentum)

@@ -15,7 +15,7 @@ submodule(suites_of_runs) test_step
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_jacobian, only: check_jacobian
-   use test_problems, only: box, march, precessing_top, problem_t
+   use test_problems, only: box, march, new_system, precessing_top, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
                            random_vector
    implicit none
@@ -75,8 +75,10 @@ contains
    end function crooked_torque
 
    !> A full tensor with mass, no effects yet.
-   type(system_t) function asymmetric_body() result(system)
+   function asymmetric_body() result(system)
+      type(system_t), pointer :: system
       type(status_t) :: status
+      system => new_system()
       call make_body(reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, 0.75_wp, 6.0_wp], [3, 3]), &
                      system%body, status, mass=2.0_wp, center_of_mass=[0.3_wp, -0.2_wp, 0.5_wp])
    end function asymmetric_body
@@ -85,7 +87,7 @@ contains
    !> matrices, as in the paper; for gravity V is quadratic in q and ∂V*/∂q = ∂V/∂q at q̄.
    subroutine step_solves_the_papers_equations(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start, end
       type(nielsen_krenk_t) :: stepper
       type(integrator_settings_t) :: settings
@@ -96,7 +98,7 @@ contains
       ! V = -m g·(q∘c∘q*) = -m (g∘q)·(q∘c) = qᵀBq, B = -m Q(g)ᵀR(c), a symmetric matrix.
       weight = -2*matmul(transpose(quat_left_matrix([0.0_wp, 1.0_wp, -2.0_wp, -9.0_wp])), &
                          quat_right_matrix([0.0_wp, 0.3_wp, -0.2_wp, 0.5_wp]))
-      system = asymmetric_body()
+      system => asymmetric_body()
       call system%effects%add(gravity_t(system%body, [1.0_wp, -2.0_wp, -9.0_wp]))
       seed = 4711_int64
       dt = 0.05_wp
@@ -149,25 +151,25 @@ contains
 
    subroutine jacobian_with_gravity(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
-      system = asymmetric_body()
+      type(system_t), pointer :: system
+      system => asymmetric_body()
       call system%effects%add(gravity_t(system%body, [1.0_wp, -2.0_wp, -9.0_wp]))
       call check_jacobian(error, system, 0.0_wp, .true.)
    end subroutine jacobian_with_gravity
 
    subroutine jacobian_without_projection(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
-      system = asymmetric_body()
+      type(system_t), pointer :: system
+      system => asymmetric_body()
       call system%effects%add(gravity_t(system%body, [1.0_wp, -2.0_wp, -9.0_wp]))
       call check_jacobian(error, system, 0.3_wp, .false.)
    end subroutine jacobian_without_projection
 
    subroutine jacobian_with_general_potential(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(crooked_potential_t) :: potential
-      system = asymmetric_body()
+      system => asymmetric_body()
       potential%direction = [0.6_wp, 0.5_wp, -0.7_wp]
       call system%effects%add(potential)
       call check_jacobian(error, system, 0.3_wp, .false.)
@@ -175,9 +177,9 @@ contains
 
    subroutine jacobian_with_torque_and_rotor(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(crooked_torque_t) :: torque
-      system = asymmetric_body()
+      system => asymmetric_body()
       call system%effects%add(torque)
       call system%effects%add(rotor_t(momentum=[0.5_wp, -1.0_wp, 2.0_wp]))
       call check_jacobian(error, system, 0.3_wp, .true.)
@@ -185,12 +187,12 @@ contains
 
    subroutine failed_step_leaves_the_state(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(nielsen_krenk_t) :: stepper
       type(integrator_settings_t) :: settings
       type(state_t) :: state
       type(status_t) :: status
-      problem = precessing_top()
+      problem => precessing_top()
       settings%max_iterations = 1
       call stepper%prepare(problem%system, settings, status)
       state = problem%start
@@ -204,12 +206,12 @@ contains
    !> roots.
    subroutine step_off_the_branch_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(nielsen_krenk_t) :: stepper
       type(integrator_settings_t) :: settings
       type(state_t) :: state
       type(status_t) :: status
-      problem = box()
+      problem => box()
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1e-6_wp, 0.0_wp, 10.0_wp])
       call stepper%prepare(problem%system, settings, status)
       state = problem%start
@@ -233,11 +235,11 @@ contains
 
    subroutine tolerance_ends_the_iteration(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(nielsen_krenk_t) :: loose, tight
       type(state_t) :: a, b
       type(status_t) :: status
-      problem = box()
+      problem => box()
       a = problem%start
       b = problem%start
       call loose%prepare(problem%system, integrator_settings_t(tolerance=1e-3_wp), status)
@@ -251,11 +253,11 @@ contains
 
    subroutine body_at_rest_stays(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(nielsen_krenk_t) :: stepper
       type(state_t) :: state
       type(status_t) :: status
-      system = asymmetric_body()
+      system => asymmetric_body()
       state = make_state(system, [0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call stepper%prepare(system, integrator_settings_t(), status)
       call march(system, stepper, state, 0.1_wp, 10, status)
@@ -267,10 +269,11 @@ contains
    !> The upright pendulum falls from 1e-8 rad/s to 6 rad/s in fixed steps.
    subroutine momentum_outgrows_its_unit(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(nielsen_krenk_t) :: stepper
       type(state_t) :: state
       type(status_t) :: status
+      system => new_system()
       call make_body(diagonal([1.0_wp, 1.0_wp, 0.25_wp]), system%body, status, mass=1.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
       call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
@@ -284,10 +287,11 @@ contains
    !> Damping that would reverse the motion 1e10 times over: Ω1 = -Ω0(1 - 4e-10).
    subroutine damping_sets_no_unit(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(nielsen_krenk_t) :: stepper
       type(state_t) :: state
       type(status_t) :: status
+      system => new_system()
       call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body, status)
       call system%effects%add(damping_t([1e12_wp, 1e12_wp, 1e12_wp]))
       state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 2.0_wp, 3.0_wp])

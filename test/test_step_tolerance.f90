@@ -12,7 +12,8 @@ submodule(suites_of_methods) test_step_tolerance
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: body_momentum, box, forced_body, make_state, problem_t, simo_top, system_t, wheeled_body
+   use test_problems, only: body_momentum, box, forced_body, make_state, new_system, problem_t, simo_top, system_t, &
+      wheeled_body
    use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector
    implicit none
 
@@ -92,31 +93,32 @@ contains
 
    subroutine without_torques(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = box()
+      type(problem_t), pointer :: problem
+      problem => box()
       call assess(error, problem%system, 5.0_wp, 5.0_wp)
-      problem = simo_top()
+      problem => simo_top()
       call assess(error, problem%system, 30.0_wp, 1.0_wp)
    end subroutine without_torques
 
    subroutine with_torques(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = forced_body()
+      type(problem_t), pointer :: problem
+      problem => forced_body()
       call assess(error, problem%system, 3.0_wp, 3.0_wp)
    end subroutine with_torques
 
    subroutine with_wheels(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      problem = wheeled_body()
+      type(problem_t), pointer :: problem
+      problem => wheeled_body()
       call assess(error, problem%system, 3.0_wp, 2.0_wp)
    end subroutine with_wheels
 
    subroutine with_eccentric_orbits(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(status_t) :: status
+      system => new_system()
       call make_body(diagonal([0.6_wp, 0.6_wp + 0.7921_wp/3, 1.0_wp]), system%body, status)
       call system%effects%add(orbital_gradient_t(system%body, kepler_orbit_t(eccentricity=0.1_wp)))
       call assess(error, system, 2.3_wp, 5.0_wp)

@@ -89,9 +89,9 @@ contains
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
-      type(system_t) :: system
+      type(system_t), pointer :: system
       integer :: i
-      system = sample_body()
+      system => sample_body()
       do i = 1, size(torques)
          call system%effects%add(torques(i))
       end do
@@ -116,7 +116,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(tabulated_torque_t) :: torque
       type(applied_torque_t) :: constant
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state, expected
       type(run_summary_t) :: summary
       type(integrator_settings_t) :: settings(8)
@@ -130,7 +130,7 @@ contains
                                     in_space=constant%in_space)
          do i = 1, size(settings)
             call run([torque], settings(i), run_plan_t(time_step=0.05_wp, end_time=1.0_wp), state, summary, status)
-            system = sample_body()
+            system => sample_body()
             call system%effects%add(constant)
             expected = make_state(system, identity, rate)
             call integrate(system, settings(i), expected, run_plan_t(time_step=0.05_wp, end_time=1.0_wp), status)
@@ -230,7 +230,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(tabulated_torque_t) :: table
       type(applied_torque_t) :: harmonic
-      type(system_t) :: both, alone
+      type(system_t), pointer :: alone
+      type(system_t) :: both
       type(state_t) :: state, expected
       type(integrator_settings_t) :: settings(8)
       type(run_plan_t) :: plan
@@ -240,7 +241,7 @@ contains
       table = table_of(odd_times)
       harmonic%amplitude = [0.5_wp, -0.2_wp, 0.8_wp]
       harmonic%frequency = 0.7_wp
-      alone = sample_body()
+      alone => sample_body()
       call alone%effects%add(harmonic)
       both = alone
       call both%effects%add(table)
@@ -260,7 +261,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(tabulated_torque_t) :: torque
       type(applied_torque_t) :: harmonic
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state, expected
       type(run_summary_t) :: summary
       type(status_t) :: status
@@ -279,7 +280,7 @@ contains
                                     in_space=harmonic%in_space)
          call run([torque], integrator_settings_t(method='taylor', order=16, conserve=.true.), &
                   run_plan_t(end_time=3.0_wp, goal=run_goal_t(local_tolerance=1e-14_wp)), state, summary, status)
-         system = sample_body()
+         system => sample_body()
          call system%effects%add(harmonic)
          expected = make_state(system, identity, rate)
          call integrate(system, integrator_settings_t(method='taylor', order=16, conserve=.true.), expected, &
@@ -327,13 +328,13 @@ contains
       type(integrator_settings_t) :: settings(8)
       type(state_t) :: state
       type(run_summary_t) :: summary
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(run_plan_t) :: plan
       type(status_t) :: status
       real(wp) :: first, scale
       integer :: i, kind, way
       settings = methods()
-      system = sample_body()
+      system => sample_body()
       first = total_energy(system, make_state(system, identity, rate), 0.0_wp)
       do kind = 1, 4
          torque = table_of(odd_times, spline=kind > 2, periodic=.true., in_space=mod(kind, 2) == 0)

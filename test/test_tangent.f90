@@ -17,7 +17,7 @@ submodule(suites_of_effects) test_tangent
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_tangent, only: tangent_t
-   use test_problems, only: body_momentum, make_state, problem_t, system_t
+   use test_problems, only: body_momentum, make_state, new_problem, problem_t, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed
    implicit none
 
@@ -34,10 +34,12 @@ contains
    end procedure collect_tangent
 
    !> A scene of the reference.
-   type(problem_t) function scene_of(name) result(problem)
+   function scene_of(name) result(problem)
       character(len=*), intent(in) :: name
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       type(kepler_orbit_t) :: path
+      problem => new_problem()
       associate (system => problem%system, start => problem%start)
          select case (name)
          case ('box')
@@ -130,7 +132,7 @@ contains
    subroutine count_columns(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=8), parameter :: scenes(5) = [character(len=8) :: 'box', 'top', 'gradient', 'damped', 'spring']
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(variation_t) :: columns(7)
       type(tangent_t) :: all_six, some
       type(state_t) :: state
@@ -138,7 +140,7 @@ contains
       real(wp) :: unit
       integer :: i, n
       do i = 1, size(scenes)
-         problem = scene_of(trim(scenes(i)))
+         problem => scene_of(trim(scenes(i)))
          columns = [(attitude_variation(n), n=1, 3), (rate_variation(n), n=1, 3), inertia_variation(1, 2)]
          do n = 6, 1, -1
             state = problem%start
@@ -239,7 +241,7 @@ contains
       character(len=*), intent(in) :: block(4), names(:)
       !> θ and δL of each column, of the states q and L; shape (6, n).
       real(wp), intent(in) :: rows(:, :)
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(variation_t) :: columns(size(names) - 2)
       type(tangent_t) :: tangent
       type(status_t) :: status
@@ -247,7 +249,7 @@ contains
       real(wp) :: time_step, largest
       character(len=80) :: label
       integer :: order, steps, k, form
-      problem = scene_of(trim(block(1)))
+      problem => scene_of(trim(block(1)))
       read (block(2), *) order
       read (block(3), *) time_step
       read (block(4), *) steps
@@ -279,7 +281,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=8), parameter :: scenes(6) = [character(len=8) :: 'box', 'top', 'gradient', 'damped', 'spring', &
                                                   'hyperion']
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: plan
       class(run_t), allocatable :: runs(:)
       type(status_t) :: status
@@ -290,7 +292,7 @@ contains
       do i = 1, size(scenes)
          do order = 2, 4, 2
             do form = 1, 2
-               problem = scene_of(trim(scenes(i)))
+               problem => scene_of(trim(scenes(i)))
                do k = 1, 2
                   call runs(k)%begin(problem%system, settings_of(forms(form), order), problem%start, plan, status)
                   if (k == 2 .and. status%ok()) &
@@ -316,7 +318,7 @@ contains
       character(len=8), parameter :: scenes(6) = [character(len=8) :: 'box', 'top', 'gradient', 'damped', 'spring', &
                                                   'hyperion']
       integer, parameter :: orders(4) = [2, 4, 6, 8]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(variation_t) :: columns(6)
       type(tangent_t) :: tangent
       type(status_t) :: status
@@ -326,7 +328,7 @@ contains
       do i = 1, size(scenes)
          do m = 1, size(orders)
             do form = 1, 2
-               problem = scene_of(trim(scenes(i)))
+               problem => scene_of(trim(scenes(i)))
                do k = 1, 3
                   columns(k) = attitude_variation(k)
                   columns(3 + k) = rate_variation(k)

@@ -18,6 +18,7 @@ module test_tangent_attack
    use nutate_status, only: status_t
    use nutate_tangent, only: tangent_t
    use test_oracle, only: has_oracle, qp
+   use test_problems, only: new_system
    use test_support, only: check, draws_fewer, error_type, new_unittest, one_in, random_unit, random_unit_quaternion, &
       random_vector, skip_test, test_failed, unittest_type
    use test_tangent_oracle, only: tangent_oracle_t, n_parameters, place, IMPLICIT_STAGES, RUNGE_KUTTA, FLOW, &
@@ -129,7 +130,7 @@ contains
       type(tally_t), intent(inout) :: tally
       !> Writes what fails.
       logical, intent(in), optional :: aloud
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state, before
       type(status_t) :: status
       type(tangent_t) :: tangent
@@ -141,6 +142,7 @@ contains
       integer(int64) :: random
       logical :: ok
       integer :: i, k, m
+      system => new_system()
       m = 1 + modulo(number - 1, size(ways))
       random = 104729_int64*number + 7919_int64*seed
       do i = 1, 20

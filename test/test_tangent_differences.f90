@@ -20,6 +20,7 @@ submodule(suites_of_effects) test_tangent_differences
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
+   use test_problems, only: new_system
    use test_support, only: check, check_below, error_type, in_turn, new_unittest, test_failed
    implicit none
 
@@ -245,12 +246,13 @@ contains
       type(variation_t), allocatable :: columns(:)
       type(variant_t), allocatable :: shifted(:, :)
       real(wp), allocatable :: shifts(:)
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state, before
       type(status_t) :: status
       type(tangent_t) :: tangent
       class(stepper_t), allocatable :: stepper
       integer :: i, k, m, from, to
+      system => new_system()
       varied = variant
       from = 1
       if (present(first)) from = first
@@ -308,11 +310,12 @@ contains
       type(integrator_settings_t), intent(in) :: how
       character(len=*), intent(in) :: label
       type(state_t) :: ends(4)
-      type(system_t) :: system
+      type(system_t), pointer :: system
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
       real(wp) :: difference(14, 2), column(14), work(4), size_of
       integer :: i, j, n
+      system => new_system()
       do i = 1, 4
          call shifted(i)%build(system, ends(i), status)
          if (status%ok()) call make_stepper(system, how, stepper, status)
@@ -508,10 +511,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(variant_t) :: variant
       class(scene_t), allocatable :: scene
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(variation_t) :: column
       type(status_t) :: status
+      system => new_system()
       allocate (scene)
       call read_samples('test/effect_samples.nml', scene, error)
       if (allocated(error)) return

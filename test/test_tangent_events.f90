@@ -25,6 +25,7 @@ submodule(suites_of_effects) test_tangent_events
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_event_support, only: angle_event_t, rate_event_t, tilt_event_t
+   use test_problems, only: new_system
    use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
@@ -102,13 +103,14 @@ contains
    subroutine stop_thruster(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: j = 2.0_wp, tau = 0.5_wp, first = 0.2_wp, rate = 0.6_wp, angle = 0.7_wp, last = 3.0_wp
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(event_list_t) :: by_rate, by_angle
       type(variation_t) :: columns(4)
       type(status_t) :: status
       real(wp) :: t, then, dt(4), dthen(4), dtheta(4)
       integer :: i
+      system => new_system()
       call make_body(diagonal([1.5_wp, 1.5_wp, j]), system%body, status)
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.0_wp, 0.0_wp, tau]))
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, first])
@@ -377,7 +379,7 @@ contains
    !> 2 too, which are reversible.
    subroutine go_there_and_back(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(event_list_t) :: events
       class(run_t), allocatable :: there, back
@@ -387,6 +389,7 @@ contains
       type(variation_t) :: columns(6)
       real(wp) :: unit(6, 6), first(6, 6), second(6, 6)
       integer :: k
+      system => new_system()
       allocate (there, back)
       call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), system%body, status)
       call system%effects%add(dipole_t([1.0_wp, -2.0_wp, 3.0_wp], [0.5_wp, 1.0_wp, -1.0_wp]))
@@ -430,7 +433,7 @@ contains
    !> derivative, and a switch there ends the run. The minimum there has one.
    subroutine touch_level(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(event_list_t) :: rotating, touching, switching
       class(run_t), allocatable :: run
@@ -438,6 +441,7 @@ contains
       type(keeper_t) :: keeper
       type(status_t) :: status
       real(wp) :: level
+      system => new_system()
       allocate (run)
       call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body, status)
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.0_wp, 0.0_wp, 1.0_wp]))
@@ -466,7 +470,7 @@ contains
    !> made by the switch, at t = (0.6 - Ω0)J/(τ - b).
    subroutine peak_at_switch(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(event_list_t) :: events
       type(variation_t) :: columns(2)
@@ -474,6 +478,7 @@ contains
       class(run_t), allocatable :: run
       type(status_t) :: status
       integer :: i
+      system => new_system()
       allocate (run)
       call make_body(diagonal([1.5_wp, 1.5_wp, 2.0_wp]), system%body, status)
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.0_wp, 0.0_wp, 0.5_wp]))
@@ -500,7 +505,7 @@ contains
    subroutine resume_times(error)
       type(error_type), allocatable, intent(out) :: error
       type(event_list_t) :: events
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(run_plan_t) :: plan
       class(run_t), allocatable :: whole, broken, resumed
@@ -510,6 +515,7 @@ contains
       type(status_t) :: status
       real(wp), parameter :: nothing(most) = 0.0_wp
       integer :: i
+      system => new_system()
       allocate (whole, broken, resumed)
       call build(nothing, .false., system, start)
       call list_variations(system, columns, error)

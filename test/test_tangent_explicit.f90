@@ -16,6 +16,7 @@ submodule(suites_of_effects) test_tangent_explicit
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_tangent, only: tangent_t
+   use test_problems, only: new_system
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, random_vector
    implicit none
 
@@ -86,10 +87,11 @@ contains
       type(tangent_t), intent(inout), optional :: tangent
       type(error_type), allocatable, intent(inout) :: error
       class(stepper_t), allocatable :: stepper
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(status_t) :: status
       type(state_t) :: before
       integer :: i
+      system => new_system()
       call build(name, start, system, state)
       call make_stepper(system, settings, stepper, status)
       if (present(columns) .and. status%ok()) call tangent%begin(system, state, columns, status)
@@ -110,11 +112,12 @@ contains
       type(start_t), allocatable, intent(out) :: starts(:, :)
       real(wp), intent(in) :: shift
       real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp]
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: unit(3)
       integer :: i, k, n
+      system => new_system()
       call build(name, start_t(), system, state)
       n = 9
       if (index(name, 'box') == 0) n = 12
@@ -249,10 +252,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: orders(3) = [4.0_wp, 8.0_wp, 8.0_wp], steps(3) = [0.04_wp, 0.2_wp, 0.2_wp]
       type(integrator_settings_t) :: settings
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start, end
       real(wp) :: exact(6, 6), off(2), order
       integer :: i, m, k
+      system => new_system()
       do i = 1, size(scenes)
          call build(trim(scenes(i)), start_t(), system, start)
          settings = integrator_settings_t(method='dop853')
@@ -280,11 +284,12 @@ contains
       real(wp), parameter :: steps(4) = [0.005_wp, 0.02_wp, 0.05_wp, 0.2_wp]
       character(len=7), parameter :: forms(2) = [character(len=7) :: 'reduced', 'full']
       type(integrator_settings_t) :: settings
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start, end
       real(wp) :: exact(6, 6), off(2)
       character(len=60) :: label
       integer :: i, m, k
+      system => new_system()
       do i = 1, size(scenes)
          call build(trim(scenes(i)), start_t(), system, start)
          exact = matrix_of(system, start, integrator_settings_t(method='dop853'), 0.01_wp, 200, end, error)
@@ -328,7 +333,7 @@ contains
          -0.3_wp, &
                                                     2.0_wp, 0.1_wp, 0.0_wp, 10.0_wp], [3, 4])
       real(wp), parameter :: tolerances(4) = [1e-6_wp, 1e-10_wp, 1e-10_wp, 1e-9_wp]
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start, end
       type(status_t) :: status
       real(wp) :: matrix(6, 6), q(4), squares
@@ -336,7 +341,7 @@ contains
       integer :: i, k, m
       names = ['rk8     ', 'taylor  ', 'dop853  ']
       do i = 1, 4
-         system = system_t()
+         system => new_system()
          call make_body(diagonal(moments(:, i)), system%body, status)
          q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
          if (i < 4) then
@@ -370,10 +375,11 @@ contains
       type(start_t), allocatable :: starts(:, :)
       type(integrator_settings_t) :: settings
       type(tangent_t) :: tangent
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       real(wp) :: lacks(12), axis(3), of_momentum(12, 3), largest
       integer :: i, k, m, components
+      system => new_system()
       do i = 1, size(scenes)
          call list_variations(trim(scenes(i)), columns, starts, 1.0_wp)
          do m = 0, size(methods)
@@ -407,10 +413,11 @@ contains
       character(len=8), parameter :: names(5) = [character(len=8) :: 'rk4', 'rk8', 'dop853', 'exact', 'taylor']
       type(run_plan_t) :: plan
       class(run_t), allocatable :: runs(:)
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(status_t) :: status
       integer :: i, k, m
+      system => new_system()
       allocate (runs(2))
       plan%time_step = 0.1_wp
       plan%end_time = 10.04_wp
@@ -443,13 +450,15 @@ contains
       real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp]
       type(variation_t) :: columns(12)
       type(tangent_t) :: tangent
-      type(system_t) :: system, other
+      type(system_t), pointer :: system
+      type(system_t) :: other
       type(state_t) :: start, state, ends(4)
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp) :: inertia(3, 3), rate(3), turn(3), moved(3), difference(6), largest, shift
       integer(int64) :: seed
       integer :: i, j, k, n
+      system => new_system()
       seed = 815
       do i = 1, 60
          call draw_body(seed, i, inertia, rate)
@@ -535,12 +544,13 @@ contains
    !> All columns of the closed solution against those of many short steps.
    subroutine compare_exact(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start, end
       type(status_t) :: status
       real(wp) :: inertia(3, 3), rate(3), one(6, 6), other(6, 6)
       integer(int64) :: seed
       integer :: i
+      system => new_system()
       seed = 4711
       do i = 1, 60
          call draw_body(seed, i, inertia, rate)
@@ -562,11 +572,12 @@ contains
       type(start_t), allocatable :: starts(:, :)
       type(tangent_t) :: tangent
       type(state_t) :: state, ends(4)
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp) :: difference(6), largest
       integer :: i, j, k
+      system => new_system()
       do i = 1, size(scenes)
          call list_variations(trim(scenes(i)), columns, starts, shift)
          call follow(trim(scenes(i)), start_t(), settings, 0.2_wp, 6, state, columns, tangent, error)

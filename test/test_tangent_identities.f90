@@ -293,20 +293,20 @@ contains
    !> The box and the top of the paper: energy and momentum over many steps.
    subroutine keep_for_long(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: energy, momentum
       integer(int64) :: steps
       integer :: m
       steps = merge(7000_int64, 20000_int64, draws_fewer())
       do m = 1, 2
-         problem = box()
+         problem => box()
          call worst_defect(problem%system, settings(m), problem%start, 0.05_wp, steps, [0.0_wp, 0.0_wp, 0.0_wp], &
                            energy, momentum, status)
          call check(error, status%ok(), 'free body: '//trim(status%message))
          call check_below(error, energy, 1e-13_wp, 'energy of the free body')
          call check_below(error, momentum, 1e-13_wp, 'momentum of the free body')
-         problem = precessing_top()
+         problem => precessing_top()
          call worst_defect(problem%system, settings(m), problem%start, 1e-3_wp, steps, [0.0_wp, 0.0_wp, 1.0_wp], &
                            energy, momentum, status)
          call check(error, status%ok(), 'top: '//trim(status%message))
@@ -319,10 +319,10 @@ contains
    subroutine keep_errors(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: wrong(2) = [1e-13_wp, 3e-12_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       real(wp) :: energy, momentum
       integer :: m, k
-      problem = box()
+      problem => box()
       do m = 1, size(settings)
          do k = 1, 2
             call disturb(problem, settings(m), wrong(k), energy, momentum, error)
@@ -378,7 +378,7 @@ contains
    !> M(γ0, 0) = (γ1, 0) of a potential's direction, of a free body M(θ, 0) = (R1ᵀR0θ, 0).
    subroutine keep_symmetry(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(tangent_t) :: tangent
       type(variation_t) :: column
       type(status_t) :: status
@@ -387,8 +387,8 @@ contains
       real(wp) :: n(3)
       integer :: i, m, k
       do k = 1, 2
-         problem = box()
-         if (k == 2) problem = precessing_top()
+         problem => box()
+         if (k == 2) problem => precessing_top()
          n = [0.0_wp, 0.0_wp, 1.0_wp]
          if (k == 1) n = [0.6_wp, 0.0_wp, -0.8_wp]
          do m = 1, size(settings)

@@ -12,7 +12,7 @@ module test_tangent_runs
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_tangent, only: tangent_t
-   use test_problems, only: body_momentum, box, forced_body, make_state, problem_t, system_t
+   use test_problems, only: body_momentum, box, forced_body, make_state, new_system, problem_t, system_t
    use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
@@ -65,7 +65,7 @@ contains
    !> A row inside of the third step: two whole steps and a part of one.
    subroutine sensitivities_inside(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: plan
       class(run_t), allocatable :: run
       type(sensitivity_recorder_t) :: recorder
@@ -76,7 +76,7 @@ contains
       real(wp), parameter :: lengths(3) = [0.1_wp, 0.1_wp, 0.037_wp]
       integer :: i
       allocate (run)
-      problem = forced_body()
+      problem => forced_body()
       plan%time_step = 0.1_wp
       plan%end_time = 0.5_wp
       plan%times = [0.0_wp, 0.03_wp, 0.237_wp, 0.3_wp, 0.5_wp]
@@ -106,7 +106,7 @@ contains
    !> Steps of an error: columns agree with those of short steps of order 8, rows inside included.
    subroutine propagate_adaptive(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: plan
       class(run_t), allocatable :: run, reference
       type(sensitivity_recorder_t) :: recorder, expected
@@ -114,7 +114,7 @@ contains
       type(status_t) :: status
       integer :: i
       allocate (run, reference)
-      problem = forced_body()
+      problem => forced_body()
       plan%end_time = 1.0_wp
       plan%times = [0.1_wp, 0.33_wp, 0.77_wp, 1.0_wp]
       plan%goal%local_tolerance = 1e-9_wp
@@ -148,11 +148,12 @@ contains
       real(wp), parameter :: tolerances(3) = [1e-4_wp, 1e-7_wp, 1e-10_wp]
       class(run_t), allocatable :: run, bare, exact
       type(run_plan_t) :: plan
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: start
       type(status_t) :: status
       real(wp) :: off
       integer :: i, m
+      system => new_system()
       allocate (run, bare, exact)
       call make_body(diagonal([5.0_wp, 20.0_wp, 17.0_wp]), system%body, status)
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 10.0_wp])
@@ -244,7 +245,7 @@ contains
    !> projection.
    subroutine refuse(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(tangent_t) :: tangent
       class(run_t), allocatable :: run
       type(run_plan_t) :: plan
@@ -254,7 +255,7 @@ contains
       type(state_t) :: state
       type(variation_t) :: frame
       allocate (run)
-      problem = forced_body()
+      problem => forced_body()
       sampled = problem%system
       call sampled%effects%add(controller_t(name='controller', sample=0.1_wp))
       call tangent%begin(sampled, problem%start, columns_of(), status)

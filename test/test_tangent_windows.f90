@@ -25,6 +25,7 @@ submodule(suites_of_effects) test_tangent_windows
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_event_support, only: rate_event_t
+   use test_problems, only: new_system
    use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
@@ -191,12 +192,13 @@ contains
       real(wp), intent(in) :: start
       integer, intent(in) :: kind
       real(wp), intent(in) :: tolerance
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(variation_t), allocatable :: columns(:)
       class(run_t), allocatable :: run
       type(status_t) :: status
       real(wp) :: column(8), difference(8), none(n_times)
       integer :: k
+      system => new_system()
       allocate (run)
       none = 0.0_wp
       call build(none, kind, system, status)
@@ -229,9 +231,10 @@ contains
       real(wp), intent(out) :: difference(8)
       type(status_t), intent(out) :: status
       class(run_t), allocatable :: ends(:)
-      type(system_t) :: system
+      type(system_t), pointer :: system
       real(wp) :: shifts(n_times), turn(4), by_half(8), step
       integer :: i, half
+      system => new_system()
       allocate (ends(2))
       do half = 1, 2
          step = shift/half
@@ -292,12 +295,13 @@ contains
    subroutine converge(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: steps(2) = [0.04_wp, 0.01_wp]
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(variation_t), allocatable :: columns(:)
       class(run_t), allocatable :: run
       type(status_t) :: status
       real(wp) :: difference(8, n_times), worst(2), none(n_times)
       integer :: form, i, k, order
+      system => new_system()
       allocate (run)
       none = 0.0_wp
       call build(none, 1, system, status)
@@ -333,13 +337,14 @@ contains
    subroutine stand_at_ends(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 1e-3_wp
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(variation_t) :: columns(2)
       class(run_t), allocatable :: run(:)
       type(run_plan_t) :: plan
       type(status_t) :: status
       real(wp) :: slope(3)
       integer :: i, k, m
+      system => new_system()
       allocate (run(3))
       do m = 1, 2
          plan = run_plan_t(time_step=0.02_wp, end_time=1.0_wp)
@@ -378,12 +383,13 @@ contains
 
    subroutine stand_outside(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(tabulated_torque_t) :: table
       type(variation_t) :: columns(4)
       class(run_t), allocatable :: run
       type(status_t) :: status
       integer :: at, k
+      system => new_system()
       allocate (run)
       call build_one([-0.5_wp, 1.5_wp], system)
       call make_tabulated_torque([0.2_wp, 0.8_wp], &
@@ -404,13 +410,14 @@ contains
    !> and after it have the columns behind the stop.
    subroutine peak_at_stop(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(event_list_t) :: events
       type(variation_t) :: columns(2)
       type(keeper_t) :: keeper, rows
       type(run_plan_t) :: plan
       class(run_t), allocatable :: run
       type(status_t) :: status
+      system => new_system()
       allocate (run)
       call make_body(diagonal([1.5_wp, 1.5_wp, 2.0_wp]), system%body, status)
       call system%effects%add(applied_torque_t(name='torque', amplitude=[0.0_wp, 0.0_wp, 0.5_wp], stop=1.25_wp))
@@ -444,7 +451,7 @@ contains
 
    subroutine resume(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(variation_t), allocatable :: columns(:)
       class(run_t), allocatable :: whole, broken, resumed
       type(run_plan_t) :: plan
@@ -452,6 +459,7 @@ contains
       type(byte_archive_t) :: archive
       type(status_t) :: status
       real(wp) :: none(n_times)
+      system => new_system()
       allocate (whole, broken, resumed)
       none = 0.0_wp
       call build(none, 1, system, status)
@@ -490,10 +498,11 @@ contains
    !> A torque at all times, the controller's window by the name of a wheel that it drives.
    subroutine refuse(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(variation_t) :: column
       type(status_t) :: status
       real(wp) :: none(n_times)
+      system => new_system()
       none = 0.0_wp
       call build(none, 3, system, status)
       call column%add(system%effects, 'wheel', 1, 'start', [1.0_wp], status)

@@ -141,14 +141,14 @@ contains
 
    subroutine invariants_over_many_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       type(invariants_t) :: invariants
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
-      problem = bruls_top()
+      problem => bruls_top()
       settings = default_settings('taylor')
       settings%series_order = 5
       call make_stepper(problem%system, settings, stepper, status)
@@ -220,13 +220,14 @@ contains
 
    subroutine goes_backwards(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem, back
+      type(problem_t), pointer :: problem
+      type(problem_t) :: back
       type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      problem = forced_body()
+      problem => forced_body()
       goal%local_tolerance = 1e-15_wp
       call run(problem, -0.5_wp, goal, recorder, state, summary, status)
       back = problem
@@ -240,13 +241,13 @@ contains
    !> A torque from 0.3 to 0.7 s on a body at rest: its momentum is the torque times 0.4 s to round-off.
    subroutine steps_end_where_torques_do(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[0.0_wp, 0.0_wp, 2.0_wp], &
                                                        start=0.3_wp, stop=0.7_wp))
       goal%local_tolerance = 1e-8_wp
@@ -276,10 +277,10 @@ contains
    subroutine quaternions_keep_signs(error)
       type(error_type), allocatable, intent(out) :: error
       type(applied_torque_t) :: torque
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: k
       do k = 0, 2
-         problem = free_body([3.0_wp, 3.05_wp, 3.1_wp], [9.0_wp, 9.15_wp, 9.3_wp]*merge(1, 0, k < 2))
+         problem => free_body([3.0_wp, 3.05_wp, 3.1_wp], [9.0_wp, 9.15_wp, 9.3_wp]*merge(1, 0, k < 2))
          torque%amplitude = [1e-3_wp, 0.0_wp, 0.0_wp]
          if (k == 2) torque%amplitude = [2.0_wp, 3.0_wp, 1.0_wp]
          call problem%system%effects%add(torque)
@@ -311,13 +312,13 @@ contains
 
    subroutine stands_still(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       goal%local_tolerance = 1e-9_wp
       call run(problem, 10.0_wp, goal, recorder, state, summary, status)
       call check(error, status%ok(), trim(status%message))

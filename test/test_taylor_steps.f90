@@ -52,14 +52,14 @@ contains
    !> Attitude, momentum and the work of each torque, at fixed steps.
    subroutine agrees_with_all_effects(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(dop853_t) :: dop853
       class(stepper_t), allocatable :: taylor
       type(state_t) :: a, b
       type(status_t) :: status
       real(wp) :: work_a(2), work_b(2)
       integer :: i
-      problem = forced_body()
+      problem => forced_body()
       call make_stepper(problem%system, default_settings('taylor'), taylor, status)
       call dop853%prepare(problem%system, integrator_settings_t(), status)
       a = problem%start
@@ -84,14 +84,14 @@ contains
    !> Halved steps divide the error by 2 to the order, where every kind of effect acts.
    subroutine order_of_fixed_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       type(state_t) :: exact, state
       type(status_t) :: status
       real(wp) :: errors(2)
       integer :: order, k
       character(len=16) :: label
-      problem = forced_body()
+      problem => forced_body()
       settings = default_settings('taylor')
       call solve(problem, settings, 60, exact, status)
       settings%conserve = .false.
@@ -124,13 +124,13 @@ contains
    !> Look inside one step of all kinds of effects, forwards and backwards.
    subroutine states_inside_a_step(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(taylor_t) :: whole, part
       type(state_t) :: at_end, inside, expected
       type(status_t) :: status
       real(wp) :: dt, work
       integer :: i
-      problem = forced_body()
+      problem => forced_body()
       do i = 1, 2
          dt = merge(0.06_wp, -0.06_wp, i == 1)
          call whole%prepare(problem%system, default_settings('taylor'), status)
@@ -156,10 +156,11 @@ contains
    !> A rotor that is next to nothing takes a top to the equations of any body.
    subroutine top_as_any_body(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: top, body
+      type(problem_t), pointer :: top
+      type(problem_t) :: body
       type(state_t) :: a, b
       type(status_t) :: status
-      top = fast_top()
+      top => fast_top()
       body = top
       call body%system%effects%add(rotor_t(name='rotor', momentum=[0.0_wp, 1e-100_wp, 0.0_wp]))
       call solve(top, default_settings('taylor'), 200, a, status)
@@ -171,13 +172,13 @@ contains
 
    subroutine without_attitude(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       type(state_t) :: a, b
       type(status_t) :: status
       integer :: i
       do i = 1, 2
-         problem = box()
+         problem => box()
          if (i == 2) call problem%system%effects%add(damping_t([0.1_wp, 0.2_wp, 0.3_wp]))
          settings = default_settings('taylor')
          call solve(problem, settings, 50, a, status)
@@ -192,11 +193,11 @@ contains
    !> L = JΩ + h = 0: the rotor keeps the body rotating, with nothing to tell the attitude by but itself.
    subroutine rotor_without_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(dop853_t) :: dop853
       type(state_t) :: a, b
       type(status_t) :: status
-      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem => free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(rotor_t(name='rotor', momentum=[0.5_wp, -0.7_wp, 0.3_wp]))
       call solve(problem, default_settings('taylor'), 10, a, status)
       b = problem%start
@@ -208,17 +209,17 @@ contains
 
    subroutine refusals(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
-      problem = bruls_top()
+      problem => bruls_top()
       call problem%system%effects%add(own_potential_t(name='whirl'))
       settings = default_settings('taylor')
       call make_stepper(problem%system, settings, stepper, status)
       call check(error, status%code == NUTATE_BAD_ARGUMENT .and. index(status%message, "'whirl'") > 0 .and. &
                  index(status%message, 'dop853') > 0, trim(status%message))
-      problem = bruls_top()
+      problem => bruls_top()
       settings%series_order = highest_order + 1
       call make_stepper(problem%system, settings, stepper, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
@@ -227,11 +228,11 @@ contains
 
    subroutine step_too_long(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
-      problem = bruls_top()
+      problem => bruls_top()
       call make_stepper(problem%system, default_settings('taylor'), stepper, status)
       state = problem%start
       call stepper%step(problem%system, state, 1e3_wp, status)

@@ -18,7 +18,7 @@ module test_time_dependent
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: problem_t
+   use test_problems, only: new_problem, problem_t
    use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, one_in, &
                            random_unit_quaternion, unittest_type
@@ -126,9 +126,11 @@ contains
    end function ellipse
 
    !> The satellite on the ellipse.
-   type(problem_t) function satellite() result(problem)
+   function satellite() result(problem)
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       real(wp) :: q(4)
+      problem => new_problem()
       call make_body(diagonal([90.0_wp, 100.0_wp, 40.0_wp]), problem%system%body, status)
       call problem%system%effects%add(orbit_t(ellipse()))
       call problem%system%effects%add(orbital_gradient_t(problem%system%body, ellipse()))
@@ -140,12 +142,12 @@ contains
    subroutine parts_belong_together(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 1.0_wp, unit = 256.0_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(orbital_gradient_t) :: gradient
       real(wp) :: q(4), r(3), n(3), series(3, 0:24), difference, t
       integer(int64) :: seed
       integer :: i, k
-      problem = satellite()
+      problem => satellite()
       gradient = orbital_gradient_t(problem%system%body, ellipse())
       seed = 3
       do i = 0, 8
@@ -180,13 +182,13 @@ contains
       !> Bound for the last time; default that of the others.
       real(wp), intent(in), optional :: last
       type(run_plan_t) :: whole
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(account_t) :: account
       type(status_t) :: status
       real(wp) :: bound
       integer :: i
-      problem = satellite()
+      problem => satellite()
       whole = plan
       bound = 1e-11_wp
       do i = 1, size(times)
@@ -234,11 +236,12 @@ contains
                                                 [3, 3])
       real(wp), parameter :: shapes(3) = [0.1_wp, 0.1_wp, 0.20563_wp]
       real(wp), parameter :: starts(2, 3) = reshape([0.0_wp, 0.6_wp, 0.0_wp, 2.33_wp, 0.3_wp, 1.5_wp], [2, 3])
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       !> The motions by both methods, which go on from one row to the next.
       type(state_t) :: states(2)
       integer :: i, k, moon
       moon = 0
+      problem => new_problem()
       do k = 1, size(planar, 2)
          i = (k + 9)/10
          if (.not. in_turn(k)) cycle
@@ -301,11 +304,12 @@ contains
       real(wp), intent(out) :: time
       integer, parameter :: revolutions = 600
       real(wp), parameter :: off = 1e-8_wp, moments(3) = [0.5_wp, 0.5_wp + 0.7921_wp/3, 1.0_wp]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: states(2)
       type(status_t) :: status
       real(wp) :: growth, distance(2), angles(2), rate(3)
       integer :: i, k
+      problem => new_problem()
       time = 0.0_wp
       call make_moon(moments, 0.1_wp, [0.0_wp, first_rate], problem)
       states = problem%start
@@ -337,7 +341,7 @@ contains
       real(wp), intent(in) :: start(2)
       type(problem_t), intent(inout) :: problem
       type(status_t) :: status
-      problem = problem_t()
+      problem = new_problem()
       call make_body(diagonal(moments), problem%system%body, status)
       call problem%system%effects%add(orbital_gradient_t(problem%system%body, &
                                                          kepler_orbit_t(eccentricity=eccentricity)))
@@ -375,12 +379,14 @@ contains
    end subroutine both_axes
 
    !> A body on a circular orbit, in inertial space axes or in LVLH ones, with the same motion.
-   type(problem_t) function on_circle(inertial) result(problem)
+   function on_circle(inertial) result(problem)
       logical, intent(in) :: inertial
+      type(problem_t), pointer :: problem
       type(kepler_orbit_t) :: path
       type(orbit_t) :: orbit
       type(status_t) :: status
       real(wp) :: q(4)
+      problem => new_problem()
       path = ellipse()
       path%eccentricity = 0.0_wp
       path%mean_anomaly = 1.0_wp
@@ -401,11 +407,11 @@ contains
    subroutine every_method_in_lvlh(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: here, there
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: a, b, before, again
       type(status_t) :: status
       integer :: m, i
-      problem = on_circle(.true.)
+      problem => on_circle(.true.)
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. methods(m)%order < 8) cycle
          associate (name => trim(methods(m)%name)//' '//trim(methods(m)%formulation))
@@ -447,12 +453,12 @@ contains
       character(len=13), parameter :: names(4) = [character(len=13) :: 'nielsen_krenk', 'taylor', 'rk4', 'dop853']
       integer, parameter :: rows = 2000
       real(wp), parameter :: end_time = 9000.0_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: expected, weight, scale
       integer :: i
-      problem = satellite()
+      problem => satellite()
       state = problem%start
       scale = potential_energy(problem%system%effects, state%q, 0.0_wp)
       expected = 0.0_wp
@@ -479,12 +485,12 @@ contains
    subroutine account_closes(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(account_t) :: account
       type(status_t) :: status
       integer :: order, form
-      problem = satellite()
+      problem => satellite()
       call problem%system%effects%add(rotor_t(name='rotor', momentum=[0.01_wp, -0.02_wp, 0.03_wp]))
       call problem%system%effects%add(damping_t(name='damping', coefficient=[1e-4_wp, 2e-4_wp, 3e-4_wp]))
       problem%start = make_state(problem%system, problem%start%q, [1e-3_wp, -5e-4_wp, 8e-4_wp])
@@ -508,12 +514,12 @@ contains
       type(integrator_settings_t) :: settings(5)
       real(wp), parameter :: starts(4) = [1e6_wp, 1e7_wp, 1e6_wp, -1e6_wp], dt(4) = [0.1_wp, 0.1_wp, -0.1_wp, 0.1_wp]
       integer(int64), parameter :: most = 2000, before(4) = [0_int64, 0_int64, 10000000 - most, 10000000 - most]
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(account_t) :: account
       type(status_t) :: status
       integer :: i, k
-      problem = satellite()
+      problem => satellite()
       settings(4:)%method = 'taylor'
       settings(5)%conserve = .true.
       settings(2)%formulation = 'reduced'
@@ -534,12 +540,12 @@ contains
    !> Errors of two steps, one half of the other, fall as the order says.
    subroutine orders(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: errors(2)
       integer :: order, i
-      problem = satellite()
+      problem => satellite()
       do order = 2, 6, 2
          do i = 1, 2
             state = problem%start

@@ -14,8 +14,8 @@ submodule(suites_of_effects) test_torque_physics
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_effect_samples, only: sample_body, spinner
-   use test_problems, only: angular_velocity, body_momentum, kinetic_energy, make_state, problem_t, solve, &
-      space_momentum, system_t
+   use test_problems, only: angular_velocity, body_momentum, kinetic_energy, make_state, new_problem, problem_t, &
+      solve, space_momentum, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -71,12 +71,12 @@ contains
    !> J Ω̇ = -cΩ. A step multiplies Ω by (1 - x/2)/(1 + x/2), x = cΔt/J: the exact exponential up to x³/12.
    subroutine damping_decays_a_spin(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: x, omega(3)
       integer, parameter :: n = 200
-      problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 2.0_wp)
+      problem => spinner([3.0_wp, 4.0_wp, 5.0_wp], 2.0_wp)
       call problem%system%effects%add(damping_t([0.3_wp, 0.1_wp, 0.7_wp]))
       call solve(problem, 0.1_wp, n, state, status)
       call check(error, status%ok(), trim(status%message))
@@ -90,18 +90,18 @@ contains
    !> torque alone is the gain.
    subroutine constant_torque_does_work(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(work_recorder_t) :: recorder
       real(wp) :: gain
-      problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
+      problem => spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
       call problem%system%effects%add(applied_torque_t(amplitude=2*axis3))
       call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, recorder)
       call check_close(error, angular_velocity(problem%system, state), 1.2_wp*axis3, 32*eps, "rate")
       call check_close(error, recorder%work, 3.6_wp, 64*eps, "work from rest")
 
-      problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
+      problem => spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
       call problem%system%effects%add(applied_torque_t(amplitude=[1.0_wp, -2.0_wp, 0.5_wp]))
       problem%start = make_state(problem%system, identity, [0.3_wp, 0.8_wp, -0.5_wp])
       call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, recorder)
@@ -114,12 +114,12 @@ contains
    !> middle, which multiplies the gain by y/sin y, y = πfΔt, exactly.
    subroutine harmonic_torque_drives_a_spin(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp), parameter :: f = 0.7_wp, phase = 0.4_wp, dt = 0.02_wp
       real(wp) :: gain, y
-      problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.5_wp)
+      problem => spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.5_wp)
       call problem%system%effects%add(applied_torque_t(amplitude=2*axis3, frequency=f, phase=phase))
       call solve(problem, dt, 165, state, status)
       call check(error, status%ok(), trim(status%message))
@@ -132,13 +132,13 @@ contains
    !> and backwards in time.
    subroutine torque_acts_from_start_to_stop(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(work_recorder_t) :: recorder
       real(wp), parameter :: steps(5) = [0.01_wp, 0.07_wp, 0.25_wp, 0.6_wp, 3.0_wp]
       integer :: i
-      problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.1_wp)
+      problem => spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.1_wp)
       call problem%system%effects%add(applied_torque_t(amplitude=2*axis3, start=0.5_wp, stop=1.37_wp))
       do i = 1, size(steps)
          call run_to(error, problem, steps(i), 3.0_wp, state, summary, recorder)
@@ -153,11 +153,12 @@ contains
    !> A torque fixed in space adds τt to the space momentum of a body that rotates any way it likes.
    subroutine space_torque_turns_the_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(work_recorder_t) :: recorder
       real(wp), parameter :: tau(3) = [1.0_wp, -2.0_wp, 0.5_wp]
+      problem => new_problem()
       problem%system = sample_body()
       call problem%system%effects%add(applied_torque_t(amplitude=tau, in_space=.true., start=0.33_wp))
       problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.1_wp, 0.7_wp], [0.7_wp, -1.1_wp, 0.9_wp])
@@ -168,12 +169,12 @@ contains
    !> Three torques on a spin: each does its own work, the row tells the sum.
    subroutine work_is_told_for_each_torque(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(work_recorder_t) :: recorder
       real(wp) :: gain
-      problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
+      problem => spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
       call problem%system%effects%add(damping_t([0.0_wp, 0.0_wp, 0.7_wp]))
       call problem%system%effects%add(applied_torque_t(amplitude=2*axis3))
       call problem%system%effects%add(applied_torque_t(amplitude=0.5_wp*axis3, in_space=.true.))
@@ -189,12 +190,13 @@ contains
    !> by 4 atan(Δt|Ω|/4).
    subroutine gyrostat_rotates_steadily(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp), parameter :: omega(3) = [0.6_wp, -0.9_wp, 1.2_wp], dt = 0.1_wp
       integer, parameter :: n = 300
       real(wp) :: rate
+      problem => new_problem()
       problem%system = sample_body()
       call problem%system%effects%add(rotor_t(momentum=8*omega - matmul(problem%system%body%inertia, omega)))
       problem%start = make_state(problem%system, identity, omega)
@@ -209,12 +211,14 @@ contains
    !> The axis of a heavy symmetric body knows its L3 only: spinning at 150 rad/s, or not, with a rotor.
    subroutine rotor_stands_for_faster_spin(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: fast, still
+      type(problem_t), pointer :: fast
+      type(problem_t) :: still
       type(state_t) :: a, b
       type(status_t) :: status
       real(wp), parameter :: tilt(4) = [0.9_wp, 0.1_wp*sqrt(19.0_wp), 0.0_wp, 0.0_wp]
       real(wp) :: apart(3), change(3)
       integer :: k, n
+      fast => new_problem()
       call make_shape_body('cone', [0.05_wp, 0.1_wp], fast%system%body, status, density=2700.0_wp, &
                            center_of_mass=[0.0_wp, 0.0_wp, 0.075_wp])
       call fast%system%effects%add(gravity_t(fast%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
@@ -239,13 +243,13 @@ contains
    !> the largest; small disturbances then turn with λ² = (L3/Ω - J1)(L3/Ω - J2) Ω²/(J1 J2).
    subroutine rotor_stabilises_the_axis(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: omega(3), lambda, period
       integer :: i
       do i = 0, 1
-         problem = spinner([5.0_wp, 20.0_wp, 17.0_wp], 0.0_wp)
+         problem => spinner([5.0_wp, 20.0_wp, 17.0_wp], 0.0_wp)
          if (i == 1) call problem%system%effects%add(rotor_t(momentum=60*axis3))
          problem%start = make_state(problem%system, identity, [1e-5_wp, 0.0_wp, 10.0_wp])
          lambda = 10*sqrt((23.0_wp - 5)*(23 - 20)/(5*20))

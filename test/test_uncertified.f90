@@ -19,7 +19,7 @@ submodule(suites_of_methods) test_uncertified
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: custom_potential_t
-   use test_problems, only: box, make_state, problem_t, system_t
+   use test_problems, only: box, make_state, new_problem, problem_t, system_t
    use test_satellites, only: field_along, magnet, moments, path_of, point, push, push_along, rotating
    use test_support, only: check, error_type, new_unittest
    implicit none
@@ -82,9 +82,10 @@ contains
    end subroutine keep_archive
 
    !> The body of the box under a potential that says nothing of its bounds.
-   type(problem_t) function unbounded() result(problem)
+   function unbounded() result(problem)
+      type(problem_t), pointer :: problem
       type(custom_potential_t) :: custom
-      problem = box()
+      problem => box()
       custom%name = 'custom'
       custom%axis = [0.6_wp, 0.0_wp, 0.8_wp]
       custom%size = 20.0_wp
@@ -95,11 +96,11 @@ contains
    !> Checks ten steps: three are marked, the last of these is subdivided, and so are three more that are not marked.
    subroutine steps_count_once(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(marked_t) :: stepper
       type(run_summary_t) :: summary
       type(status_t) :: status
-      problem = box()
+      problem => box()
       call stepper%prepare(problem%system, integrator_settings_t(), status)
       call integrate(problem%system, stepper, problem%start, run_plan_t(time_step=0.1_wp, end_time=1.0_wp), status, &
                      summary=summary)
@@ -109,11 +110,11 @@ contains
 
    subroutine projection_passes_it_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(projected_stepper_t) :: projected
       class(stepper_t), allocatable :: base
       type(status_t) :: status
-      problem = box()
+      problem => box()
       allocate (marked_t :: base)
       call projected%wrap(base)
       call projected%prepare(problem%system, integrator_settings_t(), status)
@@ -138,14 +139,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
       integer, parameter :: n_cases = 12, steps = 5
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
       character(len=40) :: label
       integer :: i, form
       do i = 0, n_cases
-         problem = underived(i, status)
+         problem => underived(i, status)
          do form = 1, 2
             write (label, '("case ",i0,", ",a)') i, solvers(form)
             state = problem%start
@@ -159,12 +160,14 @@ contains
    end subroutine nothing_derived
 
    !> A satellite under a force that stands still, and from the first case on with one thing more.
-   type(problem_t) function underived(i, status) result(problem)
+   function underived(i, status) result(problem)
       integer, intent(in) :: i
       type(status_t), intent(out) :: status
+      type(problem_t), pointer :: problem
       real(wp), parameter :: x(3) = [1.0_wp, 0.0_wp, 0.0_wp]
       type(controller_t) :: controller
       type(orbit_t) :: orbit
+      problem => new_problem()
       orbit = orbit_t(path_of(0.0_wp), inertial=i /= 9)
       if (i > 9) orbit = orbit_t(path_of(0.3_wp))
       call make_body(diagonal(moments), problem%system%body, status)
@@ -230,7 +233,7 @@ contains
    subroutine check_resumed(error, plan)
       type(error_type), allocatable, intent(inout) :: error
       type(run_plan_t), intent(in) :: plan
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: limited
       type(run_summary_t) :: whole
       class(run_t), allocatable :: begun, resumed
@@ -238,7 +241,7 @@ contains
       type(byte_archive_t) :: archive
       type(status_t) :: status
       allocate (begun, resumed)
-      problem = unbounded()
+      problem => unbounded()
       call take(problem, plan, whole)
       limited = plan
       limited%max_steps = 7_long

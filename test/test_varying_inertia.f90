@@ -23,7 +23,7 @@ module test_varying_inertia
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel, mount_wheels
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_problems, only: problem_t
+   use test_problems, only: new_problem, new_system, problem_t
    use test_resume, only: check_balance, check_stepper, label_of, run_steps, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, skip_test, unittest_type
@@ -74,7 +74,7 @@ contains
       type(inertia_change_t), intent(in) :: first
       type(inertia_change_t), intent(in), optional :: second
       type(status_t) :: status
-      problem = problem_t()
+      problem = new_problem()
       call make_body(symmetric(j0), problem%system%body, status, mass=3.0_wp, center_of_mass=[0.1_wp, -0.2_wp, 0.3_wp])
       if (.not. status%ok()) error stop 'the body is none'
       call problem%system%effects%add(first)
@@ -92,11 +92,14 @@ contains
 
    subroutine trajectories(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: deployed, scaled, lost
+      type(problem_t), pointer :: deployed, scaled, lost
       type(state_t) :: state
       real(wp) :: step
       character(len=:), allocatable :: label
       integer :: i
+      deployed => new_problem()
+      scaled => new_problem()
+      lost => new_problem()
       call make_changing(deployed, inertia_change_t(k))
       call make_changing(scaled, inertia_change_t(0.1_wp*j0))
       call make_changing(lost, inertia_change_t(-0.05_wp*j0, mass_leaves=.true.))
@@ -122,10 +125,11 @@ contains
    !> Half the step divides the error by two to the power of the order.
    subroutine orders(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       real(wp) :: errors(2), step
       integer :: i, n
+      problem => new_problem()
       call make_changing(problem, inertia_change_t(k), &
                          inertia_change_t([-0.05_wp, -0.04_wp, -0.03_wp], mass_leaves=.true.))
       call run_steps(error, problem, integrator_settings_t(method='dop853', order=8), 0.01_wp, 2.0_wp, state, 'dop853')
@@ -158,12 +162,13 @@ contains
    !> J = J0 f(t): the attitude at t is that of the rigid body at ∫dt/f.
    subroutine scaled_body(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(free_body_t) :: rigid
       type(status_t) :: status
       real(wp) :: q(4), momentum(3)
       integer :: i
+      problem => new_problem()
       call make_changing(problem, inertia_change_t(0.1_wp*j0, start=1.0_wp, stop=6.0_wp))
       associate (body => problem%system%body)
          call rigid%prepare(body%moments, q0, body_momentum(problem%start), status, body%axes)
@@ -182,12 +187,13 @@ contains
    !> J = J0 f(t) of mass that leaves: the motion is the rigid one.
    subroutine lost_mass(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(free_body_t) :: rigid
       type(status_t) :: status
       real(wp) :: q(4), momentum(3)
       integer :: i
+      problem => new_problem()
       call make_changing(problem, inertia_change_t(-0.08_wp*j0, stop=5.5_wp, mass_leaves=.true.))
       associate (body => problem%system%body)
          call rigid%prepare(body%moments, q0, body_momentum(problem%start), status, body%axes)
@@ -207,7 +213,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: times(4) = [0.0_wp, 2.0_wp, 3.0_wp, 7.0_wp], growth(4) = [0.0_wp, 0.3_wp, 0.5_wp, 0.9_wp]
       type(inertia_change_t) :: change
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: tensors(3, 4), j(3, 3), momentum
@@ -220,7 +226,7 @@ contains
          spline = m == 2
          call make_tabulated_inertia(times, tensors, change, status, at, spline=spline)
          call check(error, status%ok(), trim(status%message))
-         problem = problem_t()
+         problem => new_problem()
          call make_body(diagonal(tensors(:, 1)), problem%system%body, status)
          call problem%system%effects%add(change)
          problem%start = make_state(problem%system, q0, [0.0_wp, 0.0_wp, 2.0_wp])
@@ -282,11 +288,12 @@ contains
 
    subroutine random_motions(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       real(qp) :: q(4)
       integer(int64) :: seed
       integer :: number, i
+      problem => new_problem()
       if (.not. has_oracle) then
          call skip_test(error, 'the compiler has no quadruple precision')
          return
@@ -309,11 +316,12 @@ contains
    !> Energy less works, and momentum, of conserving methods with long steps.
    subroutine balance(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       real(wp) :: momentum(3)
       integer(int64) :: seed
       integer :: i, number
+      problem => new_problem()
       seed = 4711_int64
       do number = 0, 4
          if (number == 0) then
@@ -335,10 +343,11 @@ contains
 
    subroutine same_work(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, first
       integer(int64) :: seed
       integer :: i, number
+      problem => new_problem()
       seed = 815_int64
       do number = 1, 3
          call make_random(seed, problem)
@@ -358,11 +367,12 @@ contains
    subroutine rates_of_motion(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 1e-3_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: states(2)
       type(motion_t) :: motion
       integer(int64) :: seed
       integer :: number, i
+      problem => new_problem()
       seed = 42_int64
       do number = 1, 4
          call make_random(seed, problem)
@@ -382,12 +392,13 @@ contains
    !> table.
    subroutine sensitivities(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(integrator_settings_t) :: settings
       type(variation_t) :: variations(4)
       type(status_t) :: status
       integer(int64) :: seed
       integer :: number, i, n
+      problem => new_problem()
       seed = 31415_int64
       do number = 1, 6
          call make_random(seed, problem)
@@ -430,12 +441,13 @@ contains
       character(len=*), intent(in) :: label
       real(wp), parameter :: places(4) = [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp], h = 2e-3_wp, &
          weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/(12*h)
-      type(problem_t) :: moved
+      type(problem_t), pointer :: moved
       type(tangent_t) :: tangent
       type(state_t) :: last, state
       type(status_t) :: status
       real(wp) :: theta(3), momentum(3), turn(4)
       integer :: k, m
+      moved => new_problem()
       call follow(problem, last, tangent)
       do k = 1, size(variations)
          theta = 0.0_wp
@@ -525,9 +537,10 @@ contains
 
    subroutine steppers_go_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer(int64) :: seed
       integer :: i
+      problem => new_problem()
       seed = 99_int64
       call make_random(seed, problem)
       do i = 1, size(methods)
@@ -540,11 +553,12 @@ contains
    !> A step to a time without a positive inertia is rejected by every method.
    subroutine beyond_positive(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       integer :: i
+      problem => new_problem()
       call make_changing(problem, inertia_change_t([-2.0_wp, -1.0_wp, -1.0_wp]))
       do i = 1, size(methods)
          if (methods(i)%name == 'exact') cycle
@@ -564,10 +578,11 @@ contains
       real(wp), parameter :: times(4) = [0.0_wp, 1.0_wp, 2.0_wp, 3.0_wp]
       real(wp) :: tensors(3, 4)
       type(inertia_change_t) :: change
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(status_t) :: status
       real(wp) :: t, tensor(3, 3)
       integer :: at, m, i
+      system => new_system()
       tensors = 1.0_wp
       tensors(1, :) = [1.9_wp, 0.05_wp, 0.05_wp, 1.9_wp]
       do m = 1, 2

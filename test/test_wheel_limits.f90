@@ -15,8 +15,8 @@ submodule(suites_of_effects) test_wheel_limits
    use nutate_wheel, only: released_at, wheel_t
    use nutate_wheel_motor, only: make_motor_table
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: angular_velocity, forced_body, kinetic_energy, make_state, problem_t, space_momentum, &
-      total_energy
+   use test_problems, only: angular_velocity, forced_body, kinetic_energy, make_state, new_problem, problem_t, &
+      space_momentum, total_energy
    use test_resume, only: check_run, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
@@ -37,11 +37,13 @@ contains
    end procedure collect_wheel_limits
 
    !> A body with a wheel on its axis 3, driven by a motor of one's own.
-   type(problem_t) function driven_wheel(motor, friction, speed_limit) result(problem)
+   function driven_wheel(motor, friction, speed_limit) result(problem)
       class(tabulated_torque_t), intent(in), optional :: motor
       real(wp), intent(in), optional :: friction, speed_limit
+      type(problem_t), pointer :: problem
       type(wheel_t) :: wheel
       type(status_t) :: status
+      problem => new_problem()
       call make_body(diagonal([4.0_wp, 5.0_wp, 3.0_wp]), problem%system%body, status)
       wheel = wheel_t(name='wheel', axis=[0.0_wp, 0.0_wp, 1.0_wp], inertia=0.2_wp)
       if (present(friction)) wheel%friction = friction
@@ -75,15 +77,15 @@ contains
    subroutine one_torque_is_constant(error)
       type(error_type), allocatable, intent(out) :: error
       type(tabulated_torque_t) :: motor
-      type(problem_t) :: by_table, constant
+      type(problem_t), pointer :: by_table, constant
       type(run_summary_t) :: summary
       type(status_t) :: status
       integer :: m, at
       call make_motor_table([-1.0_wp, 0.83_wp, 9.0_wp], [0.5_wp, 0.5_wp, 0.5_wp], motor, status, at)
       do m = 1, size(methods)
          if (methods(m)%name == 'exact') cycle
-         by_table = driven_wheel(motor)
-         constant = driven_wheel()
+         by_table => driven_wheel(motor)
+         constant => driven_wheel()
          call run(by_table, settings_of(methods(m)), run_plan_t(time_step=0.1_wp, end_time=2.0_wp), summary, status)
          call check(error, status%ok(), trim(status%message))
          call run(constant, settings_of(methods(m)), run_plan_t(time_step=0.1_wp, end_time=2.0_wp), summary, status)
@@ -100,7 +102,7 @@ contains
       real(wp), parameter :: times(4) = [0.0_wp, 4.0_wp, 4.0_wp, 5.0_wp], torques(4) = [-2.0_wp, 2.0_wp, -3.0_wp, &
             0.25_wp]
       type(tabulated_torque_t) :: motor
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(status_t) :: status
       real(wp) :: t, corners(6)
@@ -117,7 +119,7 @@ contains
             'corners')
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. allocated(error)) cycle
-         problem = driven_wheel(motor)
+         problem => driven_wheel(motor)
          call run(problem, settings_of(methods(m)), run_plan_t(time_step=0.7_wp, end_time=6.0_wp), summary, status)
          call check(error, status%ok(), trim(status%message))
          ! The ramp adds and removes equal momentum; behind the jump it is -0.5 up to a corner, and a triangle each way.
@@ -131,7 +133,7 @@ contains
    subroutine speed_limit_has_the_closed_form(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: limit = 4.0_wp, gain = 1/(1/0.2_wp + 1/2.8_wp)
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(status_t) :: status
       type(run_plan_t) :: plan
@@ -140,7 +142,7 @@ contains
       do m = 1, size(methods)
          if (methods(m)%name == 'exact') cycle
          do way = 1, 2
-            problem = driven_wheel(speed_limit=limit)
+            problem => driven_wheel(speed_limit=limit)
             plan = run_plan_t(time_step=0.3_wp, end_time=4.0_wp)
             if (way == 2) plan = run_plan_t(goal=run_goal_t(local_tolerance=1e-8_wp), end_time=4.0_wp)
             call run(problem, settings_of(methods(m)), plan, summary, status)
@@ -158,7 +160,7 @@ contains
    subroutine friction_releases_the_motor(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: limit = 3.0_wp, c = 0.04_wp, u = 0.5_wp, rate = c*(1/0.2_wp + 1/2.8_wp), end_time = 4.0_wp
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(status_t) :: status
       real(wp) :: t, down, up, wanted
@@ -176,7 +178,7 @@ contains
          if (methods(m)%name == 'exact') cycle
          ! About a fixed axis no attitude restores the energy that the error of h of order 4 takes.
          if (methods(m)%projected .and. methods(m)%order == 4) cycle
-         problem = driven_wheel(friction=c, speed_limit=limit)
+         problem => driven_wheel(friction=c, speed_limit=limit)
          call run(problem, settings_of(methods(m)), run_plan_t(time_step=0.05_wp, end_time=end_time), summary, status)
          call check(error, status%ok(), trim(status%message))
          call check_close(error, speed_of(problem), wanted, merge(2e-4_wp, 1e-8_wp, methods(m)%order == 2), &
@@ -186,16 +188,18 @@ contains
 
    !> Two wheels with limits of speed, one with friction, one by a table that is cut, on a tumbling body,
    !> beside every kind of effect or alone.
-   type(problem_t) function limited_wheels(alone) result(problem)
+   function limited_wheels(alone) result(problem)
       logical, intent(in) :: alone
+      type(problem_t), pointer :: problem
       type(tabulated_torque_t) :: motor
       type(wheel_t) :: wheel
       type(status_t) :: status
       integer :: at
+      problem => new_problem()
       if (alone) then
          call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), problem%system%body, status)
       else
-         problem = forced_body()
+         problem => forced_body()
       end if
       call make_motor_table([0.0_wp, 0.37_wp, 0.9_wp], [3.0_wp, -2.0_wp, 5.0_wp], motor, status, at, periodic=.true., &
                             torque_limit=1.5_wp, stops_at_a_speed=.true.)
@@ -211,7 +215,8 @@ contains
 
    subroutine account_and_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem, before
+      type(problem_t), pointer :: before
+      type(problem_t) :: problem
       type(run_summary_t) :: summary
       type(run_plan_t) :: plan
       type(status_t) :: status
@@ -221,7 +226,7 @@ contains
          if (methods(m)%name == 'exact' .or. .not. methods(m)%conserving) cycle
          do way = 1, 3
             if (.not. in_turn(m + way)) cycle
-            before = limited_wheels(alone=way /= 1)
+            before => limited_wheels(alone=way /= 1)
             problem = before
             plan = run_plan_t(time_step=0.02_wp, end_time=2.0_wp)
             if (way == 3) plan = run_plan_t(goal=run_goal_t(local_tolerance=1e-8_wp), end_time=2.0_wp)
@@ -256,7 +261,7 @@ contains
    subroutine bad_limits_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
       type(tabulated_torque_t) :: motor
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_summary_t) :: summary
       type(status_t) :: status
       integer :: at
@@ -264,7 +269,7 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'a spline')
       call make_motor_table([0.0_wp, -1.0_wp], [1.0_wp, 2.0_wp], motor, status, at, torque_limit=1.0_wp)
       call check(error, status%code == NUTATE_BAD_ARGUMENT .and. at == 2, 'back in time')
-      problem = driven_wheel(speed_limit=1.0_wp)
+      problem => driven_wheel(speed_limit=1.0_wp)
       call run(problem, integrator_settings_t(), run_plan_t(goal=run_goal_t(accuracy=1e-6_wp), end_time=1.0_wp), &
             summary, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'an accuracy')

@@ -11,7 +11,7 @@ module test_wheel_reference
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: angular_velocity, kinetic_energy, make_state, problem_t
+   use test_problems, only: angular_velocity, kinetic_energy, make_state, new_problem, problem_t
    use test_resume, only: label_of, settings_of
    use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
@@ -55,9 +55,11 @@ contains
    end subroutine collect_wheel_reference
 
    !> Body and start of the reference.
-   type(problem_t) function reference_problem() result(problem)
+   function reference_problem() result(problem)
+      type(problem_t), pointer :: problem
       type(status_t) :: status
       type(wheel_t) :: wheel
+      problem => new_problem()
       call make_body(diagonal([90.0_wp, 100.0_wp, 40.0_wp]), problem%system%body, status)
       wheel = wheel_t(name='wheel', axis=[1.0_wp, 2.0_wp, 2.0_wp]/3, inertia=0.05_wp)
       allocate (wheel%motor, source=applied_torque_t(amplitude=[0.2_wp, 0.0_wp, 0.0_wp], start=0.0_wp, stop=50.0_wp))
@@ -73,7 +75,7 @@ contains
       type(run_plan_t), intent(in) :: plan
       real(wp), intent(in) :: tolerance
       character(len=*), intent(in) :: label
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(run_plan_t) :: a_plan
       type(state_t) :: state
       type(status_t) :: status
@@ -81,7 +83,7 @@ contains
       real(wp) :: omega(3), values(11), scale(11)
       integer :: i
       allocate (run)
-      problem = reference_problem()
+      problem => reference_problem()
       do i = 1, size(spin_up, 2)
          a_plan = plan
          a_plan%end_time = spin_up(1, i)

@@ -13,8 +13,8 @@ submodule(suites_of_effects) test_wheels
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, status_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: angular_velocity, kinetic_energy, make_state, march, problem_t, space_momentum, system_t, &
-      total_energy, wheeled_body
+   use test_problems, only: angular_velocity, kinetic_energy, make_state, march, new_problem, new_system, problem_t, &
+      space_momentum, system_t, total_energy, wheeled_body
    use test_resume, only: check_run, check_stepper, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    use test_wheel_reference, only: reference_problem
@@ -43,13 +43,14 @@ contains
    !> About one axis ω falls as exp(-ct(1/Jw + 1/Jr)); the motor does work, if it has to, on the rest.
    subroutine friction_has_the_closed_form(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp), parameter :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp]
       real(wp) :: omega(3), lost
       integer :: m
+      system => new_system()
       call make_body(diagonal([90.0_wp, 100.0_wp, 40.0_wp]), system%body, status)
       call add_wheel(system, wheel_t(name='wheel', axis=axis, inertia=0.05_wp, speed=200.0_wp, &
                                      friction=0.002_wp), status)
@@ -73,11 +74,13 @@ contains
    !> A wheel at rest in the body, with friction beyond all: the body is what it was before the wheel was cut out of it.
    subroutine strong_friction_locks(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: loose, locked
+      type(problem_t), pointer :: loose
+      type(problem_t) :: locked
       type(state_t) :: state, other
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       integer :: m
+      loose => new_problem()
       call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), loose%system%body, status)
       locked = loose
       call add_wheel(loose%system, wheel_t(name='wheel', axis=[0.6_wp, 0.0_wp, 0.8_wp], inertia=1.5_wp, &
@@ -98,12 +101,14 @@ contains
    !> Without motor and friction h stays, to the last bit; h = 0 leaves a body of the inertia Jr.
    subroutine wheel_at_rest_is_a_lighter_body(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: with, lighter
+      type(problem_t), pointer :: with, lighter
       type(state_t) :: state, other
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp), parameter :: axis(3) = [0.0_wp, 1.0_wp, 0.0_wp], omega(3) = [1.0_wp, -0.5_wp, 2.0_wp]
       integer :: m
+      with => new_problem()
+      lighter => new_problem()
       call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), with%system%body, status)
       call add_wheel(with%system, wheel_t(name='wheel', axis=axis, inertia=1.5_wp, speed=0.5_wp), status)
       call make_body(diagonal([4.0_wp, 3.5_wp, 6.0_wp]), lighter%system%body, status)
@@ -127,9 +132,9 @@ contains
    !> H - H(0) - work, with wheels beside every kind of effect.
    subroutine every_method_closes_the_account(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: m
-      problem = wheeled_body()
+      problem => wheeled_body()
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. .not. methods(m)%conserving) cycle
          call check_account(error, problem, settings_of(methods(m)), label_of(methods(m)))
@@ -168,13 +173,13 @@ contains
    !> Motors and friction leave all of l alone.
    subroutine every_method_keeps_the_momentum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp) :: momentum(3)
       integer :: m
-      problem = wheels_alone()
+      problem => wheels_alone()
       momentum = space_momentum(problem%start)
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. .not. methods(m)%conserving) cycle
@@ -187,9 +192,11 @@ contains
    end subroutine every_method_keeps_the_momentum
 
    !> Two inclined wheels, one driven in turns, one with friction, in a body of three different moments.
-   type(problem_t) function wheels_alone() result(problem)
+   function wheels_alone() result(problem)
+      type(problem_t), pointer :: problem
       type(wheel_t) :: wheel
       type(status_t) :: status
+      problem => new_problem()
       call make_body(reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, 0.75_wp, 6.0_wp], [3, 3]), &
                      problem%system%body, status)
       wheel = wheel_t(name='wheel', axis=[2.0_wp, -1.0_wp, 2.0_wp]/3, inertia=0.3_wp, speed=5.0_wp, friction=0.05_wp)
@@ -203,13 +210,13 @@ contains
    !> Errors at two steps against the series at a tenth of them.
    subroutine methods_have_their_orders(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: wanted, state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp) :: steps(2), errors(2), order
       integer :: m, k
-      problem = wheels_alone()
+      problem => wheels_alone()
       call make_stepper(problem%system, integrator_settings_t(method='taylor', formulation='', order=16, &
                                                                conserve=.true.), stepper, status)
       wanted = problem%start
@@ -234,11 +241,11 @@ contains
    !> The eight equations and the three are those of one step.
    subroutine both_forms_agree(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state, other
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
-      problem = wheeled_body()
+      problem => wheeled_body()
       call make_stepper(problem%system, integrator_settings_t(), stepper, status)
       state = problem%start
       call march(problem%system, stepper, state, 0.01_wp, 200, status)
@@ -256,9 +263,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(run_plan_t), parameter :: controlled = run_plan_t(goal=run_goal_t(local_tolerance=1e-9_wp), &
                                                              end_time=0.4_wp)
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       integer :: m
-      problem = wheeled_body()
+      problem => wheeled_body()
       do m = 1, size(methods)
          if (methods(m)%name == 'exact') cycle
          call check_stepper(error, problem, settings_of(methods(m)), [0.01_wp, 0.01_wp, 50.0_wp, 0.01_wp, 0.02_wp], &
@@ -280,12 +287,13 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       !> Momentum of the rotor along the axis, N m s.
       real(wp), intent(in) :: against
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp), parameter :: axis(3) = [0.36_wp, 0.48_wp, 0.8_wp]
       real(wp) :: momentum(3), energy
+      system => new_system()
       call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), system%body, status)
       call add_wheel(system, wheel_t(name='wheel', axis=axis, inertia=0.1_wp, speed=1e7_wp), status)
       call system%effects%add(rotor_t(name='rotor', momentum=against*axis))
@@ -302,12 +310,12 @@ contains
    !> No proof has been derived: no root is taken as certified, in either form and by no short step.
    subroutine roots_are_not_certified(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       integer :: m, i
-      problem = reference_problem()
+      problem => reference_problem()
       do m = 1, size(methods)
          if (methods(m)%name /= 'nielsen_krenk') cycle
          call make_stepper(problem%system, settings_of(methods(m)), stepper, status)
@@ -322,10 +330,12 @@ contains
    !> The gradient is that of the body with its wheel locked, whichever was there first.
    subroutine gravity_acts_on_the_locked_body(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: before, after
+      type(system_t), pointer :: before
+      type(system_t) :: after
       type(status_t) :: status
       type(wheel_t) :: wheel
       real(wp), parameter :: nadir(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      before => new_system()
       wheel = wheel_t(name='wheel', axis=[0.6_wp, 0.0_wp, 0.8_wp], inertia=1.5_wp)
       call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), before%body, status)
       after = before
@@ -341,11 +351,12 @@ contains
    !> Checks that invalid wheels leave the system unchanged.
    subroutine bad_wheels_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      type(system_t) :: system
+      type(system_t), pointer :: system
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp), parameter :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp]
       integer :: i
+      system => new_system()
       call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), system%body, status)
       call add_wheel(system, wheel_t(name='wheel', axis=axis, inertia=6.0_wp), status)
       call check(error, status%code, NUTATE_BAD_BODY, "all of the inertia")
