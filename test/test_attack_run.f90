@@ -6,7 +6,6 @@
 module test_attack_run
    use, intrinsic :: iso_fortran_env, only: error_unit
    use nutate_composition, only: compositions
-   use nutate_hamiltonian, only: angular_velocity, make_state, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: quat_conjugate, quat_product
@@ -14,7 +13,7 @@ module test_attack_run
    use nutate_status, only: status_t
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_attack_oracle, only: branch_t, oracle_t, REACHED, ENDED, LOST
-   use test_problems, only: new_system
+   use test_problems, only: angular_velocity, make_state, new_system, system_t
    implicit none
    private
 

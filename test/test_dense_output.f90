@@ -1,7 +1,7 @@
 !> States inside a step, for every method: as good as the method, and unnoticed by the steps.
 submodule(suites_of_methods) test_dense_output
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, method_t, methods, stepper_t
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT

@@ -6,7 +6,6 @@ module test_exact_round_off
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use nutate_body, only: make_body
    use nutate_exact_free, only: free_body_t
-   use nutate_hamiltonian, only: body_momentum, kinetic_energy, make_state, system_t
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: rotation_matrix
    use nutate_run, only: integrate, run_summary_t
@@ -15,7 +14,7 @@ module test_exact_round_off
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_problems, only: new_system
+   use test_problems, only: body_momentum, kinetic_energy, make_state, new_system, system_t
    use test_support, only: check, error_type, new_unittest, random_unit, random_unit_quaternion, random_vector, &
                            share_of, skip_test, test_failed, unittest_type
    implicit none

@@ -2,7 +2,6 @@
 submodule(suites_of_interfaces) test_f77_helpers
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_attitude, only: quat_from_euler
-   use nutate_body, only: make_body
    use nutate_exact_free, only: free_body_t
    use nutate_kinds, only: eps, wp
    use nutate_quaternion, only: rotation_matrix

@@ -1,7 +1,7 @@
 !> The Hamiltonian: its forms agree, its derivatives are those of its value, its equations those of mechanics.
 submodule(suites_of_runs) test_hamiltonian
    use, intrinsic :: iso_fortran_env, only: int64
-   use nutate_body, only: body_t, make_body
+   use nutate_body, only: make_body
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: angular_velocity, bilinear_form, body_momentum, kinetic_energy, make_state, &
       potential_energy, potential_torque, space_momentum, system_t, total_energy

@@ -6,7 +6,6 @@ submodule(suites_of_runs) test_history
    use nutate_columns, only: columns_t
    use nutate_decimal, only: exact_text, rounded_text
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: make_state, system_t
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, pi
    use nutate_followed_angles, only: followed_angles_t
@@ -16,7 +15,7 @@ submodule(suites_of_runs) test_history
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_NOT_FINITE
-   use test_problems, only: new_system
+   use test_problems, only: make_state, new_system, system_t
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, test_failed
    implicit none
 

@@ -24,7 +24,7 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_wheel_mounting, only: add_inner_sphere, add_wheel
    use test_oracle, only: qp
    use test_problems, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, march, &
-      new_problem, problem_t, space_momentum, system_t
+      new_problem, problem_t, space_momentum
    use test_resume, only: check_run, check_stepper, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit_quaternion, &
       random_vector, share_of

@@ -11,7 +11,6 @@ submodule(suites_of_methods) test_motion_bounds
    use nutate_effect, only: torque_t
    use nutate_effect_bounds, only: bounds_of_drag, effect_bounds_t, linear_map_t
    use nutate_event_list, only: event_list_t
-   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: default_settings
    use nutate_motion, only: find_motion, find_rates, motion_t
@@ -27,9 +26,8 @@ submodule(suites_of_methods) test_motion_bounds
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_event_support, only: keeper_t, rate_event_t
-   use test_problems, only: new_system
-   use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
-                           random_vector, share_of
+   use test_problems, only: make_state, new_system, system_t
+   use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_vector, share_of
    implicit none
 
    !> Motions drawn, and a third of them. Rows of each.

@@ -2,19 +2,18 @@
 !> steps which end on the lines keep order and energy balance of every method.
 submodule(suites_of_effects) test_orbit_table
    use nutate_body, only: diagonal, make_body
-   use nutate_hamiltonian, only: angular_velocity, make_state, system_t, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
    use nutate_orbit, only: earth_mu, orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
-   use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_track, only: make_track, track_t, track_position, track_velocity, next_track_break, track_contains
-   use test_problems, only: new_system
+   use test_problems, only: angular_velocity, make_state, new_system, system_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -24,12 +24,11 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use nutate_variation, only: attitude_variation, inertia_variation, rate_variation, variation_t
    use test_event_support, only: rate_event_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_problems, only: new_problem, problem_t
+   use test_problems, only: new_problem, problem_t, system_t
    use test_resume, only: check_balance, check_stepper, label_of, run_steps, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, skip_test

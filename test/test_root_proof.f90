@@ -11,7 +11,6 @@ submodule(suites_of_methods) test_root_proof
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
    use nutate_effect_list, only: effect_list_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
@@ -23,10 +22,10 @@ submodule(suites_of_methods) test_root_proof
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_timed_force, only: timed_force_t
-   use test_problems, only: new_system
+   use test_problems, only: make_state, new_system, system_t
    use test_shipped_scenes, only: scene_names
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, &
-                           random_unit_quaternion, random_vector, share_of, test_failed
+   use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
+      random_vector, share_of, test_failed
    implicit none
 
    !> U = (a·γ)³/|a|³: within |γ| ≤ |n| its derivatives are bounded by 3|n|², 6|n| and 6.

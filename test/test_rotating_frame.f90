@@ -9,8 +9,6 @@ submodule(suites_of_runs) test_rotating_frame
    use nutate_eight_equations, only: eight_equations_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, kinetic_energy, make_state, &
-      space_momentum, system_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product, rotate_to_body, rotate_to_space
@@ -21,7 +19,8 @@ submodule(suites_of_runs) test_rotating_frame
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: box, forced_body, march, new_problem, problem_t
+   use test_problems, only: angular_velocity, box, conserved_energy, forced_body, frame_rate_of, kinetic_energy, &
+      make_state, march, new_problem, problem_t, space_momentum, system_t
    use test_reference_forms, only: hamilton_equations
    use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &

@@ -4,7 +4,7 @@ submodule(suites_of_effects) test_saturation
    use nutate_body, only: diagonal, make_body
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, long, eps
-   use nutate_methods, only: integrator_settings_t, make_stepper, method_t, methods, stepper_t
+   use nutate_methods, only: integrator_settings_t, method_t, methods
    use nutate_motion, only: find_motion, motion_t
    use nutate_orbit, only: orbit_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
@@ -17,8 +17,8 @@ submodule(suites_of_effects) test_saturation
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: angular_velocity, conserved_energy, forced_body, kinetic_energy, make_state, new_problem, &
-      new_system, problem_t, space_momentum, system_t, total_energy
+   use test_problems, only: angular_velocity, forced_body, kinetic_energy, make_state, new_problem, new_system, &
+      problem_t, space_momentum, system_t, total_energy
    use test_resume, only: check_run, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none

@@ -3,7 +3,7 @@
 submodule(suites_of_runs) test_scene_errors
    use nutate_scene, only: scene_t, parse_scene, read_scene
    use nutate_status, only: status_t, NUTATE_BAD_SCENE, NUTATE_IO
-   use test_support, only: check, error_type, new_unittest, test_failed
+   use test_support, only: check, error_type, new_unittest
    implicit none
 
    character, parameter :: lf = achar(10)

@@ -19,7 +19,7 @@ module test_stability_scales
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, status_t
    use test_problems, only: body_momentum, make_state, new_problem, problem_t
-   use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
+   use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: check, error_type, in_turn, new_unittest, unittest_type
    implicit none

@@ -6,7 +6,7 @@ module test_stability_starts
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT
    use test_problems, only: bruls_top, box, precessing_top, problem_t
-   use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
+   use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow
    use test_support, only: error_type, new_unittest, unittest_type
    implicit none

@@ -10,7 +10,7 @@ module test_stability_time
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t, system_t
    use test_problems, only: forced_body, precessing_top, problem_t
-   use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
+   use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, unittest_type
    implicit none

@@ -13,7 +13,7 @@ module test_stability_top
    use nutate_status, only: status_t
    use nutate_steady_top, only: sleeping_spin
    use test_problems, only: body_momentum, make_state, new_problem, new_system, problem_t, system_t
-   use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
+   use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, unittest_type
    implicit none

@@ -18,7 +18,7 @@ submodule(suites_of_effects) test_tangent
    use nutate_status, only: status_t
    use nutate_tangent, only: tangent_t
    use test_problems, only: body_momentum, make_state, new_problem, problem_t, system_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
    character(len=7), parameter :: forms(2) = ['reduced', 'full   ']

@@ -7,7 +7,6 @@ module test_tangent_attack
    use nutate_composition, only: compositions
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_order_eight, only: order_eight => a, order_eight_weights => b
@@ -18,7 +17,7 @@ module test_tangent_attack
    use nutate_status, only: status_t
    use nutate_tangent, only: tangent_t
    use test_oracle, only: has_oracle, qp
-   use test_problems, only: new_system
+   use test_problems, only: body_momentum, make_state, new_system, system_t
    use test_support, only: check, draws_fewer, error_type, new_unittest, one_in, random_unit, random_unit_quaternion, &
       random_vector, skip_test, test_failed, unittest_type
    use test_tangent_oracle, only: tangent_oracle_t, n_parameters, place, IMPLICIT_STAGES, RUNGE_KUTTA, FLOW, &

@@ -3,10 +3,9 @@
 submodule(suites_of_effects) test_tangent_differences
    use nutate_body, only: body_t, make_body
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
-   use nutate_effect, only: effect_t, parameter_t
+   use nutate_effect, only: effect_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_controller, only: controller_t
    use nutate_controller_group, only: gain_changes
    use nutate_controller_mounting, only: add_controller
@@ -20,7 +19,7 @@ submodule(suites_of_effects) test_tangent_differences
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: new_system
+   use test_problems, only: body_momentum, make_state, new_system, system_t
    use test_support, only: check, check_below, error_type, in_turn, new_unittest, test_failed
    implicit none
 

@@ -5,7 +5,6 @@ submodule(suites_of_effects) test_tangent_explicit
    use nutate_body, only: diagonal, make_body
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_dipole, only: dipole_t
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, conserved_momentum
    use nutate_kinds, only: wp
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
@@ -16,7 +15,7 @@ submodule(suites_of_effects) test_tangent_explicit
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_tangent, only: tangent_t
-   use test_problems, only: new_system
+   use test_problems, only: body_momentum, make_state, new_system, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, random_vector
    implicit none
 

@@ -4,16 +4,14 @@
 module test_tangent_identities
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_sensitivity_projection, only: kept_steps
-   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation, effect_change_t, &
-      OF_POTENTIAL, &
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation, OF_POTENTIAL, &
       OF_TORQUE, OF_WHEEL
    use nutate_effect, only: effect_t, parameter_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, potential_torque, space_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
-   use nutate_quaternion, only: rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: rotate_to_body
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_rotor, only: rotor_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_tangent, only: tangent_t

@@ -11,7 +11,6 @@ submodule(suites_of_effects) test_tangent_windows
    use nutate_controller_mounting, only: add_controller
    use nutate_event, only: event_t, MAXIMUM
    use nutate_event_list, only: event_list_t
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, long
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_conjugate, quat_product
@@ -25,7 +24,7 @@ submodule(suites_of_effects) test_tangent_windows
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_event_support, only: rate_event_t
-   use test_problems, only: new_system
+   use test_problems, only: body_momentum, make_state, new_system, system_t
    use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none

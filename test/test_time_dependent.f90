@@ -5,14 +5,14 @@ module test_time_dependent
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state, potential_energy, space_momentum, &
-      total_energy, time_dependent_power, system_t
+   use nutate_hamiltonian, only: angular_velocity, make_state, potential_energy, space_momentum, total_energy, &
+      time_dependent_power, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_orbit, only: earth_mu, orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
-   use nutate_quaternion, only: quat_product, rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: quat_product, rotate_to_body
    use nutate_rotor, only: rotor_t
    use nutate_run, only: integrate, observer_t, run_record_t
    use nutate_run_plan, only: run_goal_t, run_plan_t

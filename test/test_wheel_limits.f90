@@ -8,7 +8,6 @@ submodule(suites_of_effects) test_wheel_limits
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
-   use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_tabulated_torque, only: tabulated_torque_t
