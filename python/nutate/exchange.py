@@ -209,7 +209,7 @@ class AttitudeRows(Columns):
         if self.omega is None:
             vector, rate = s * turn, turn / step
         else:
-            angle = np.maximum(angle, step[:, 0] * np.linalg.norm(self.omega[i], axis=1))
+            angle = np.maximum(angle, step[:, 0] * np.linalg.norm([self.omega[i], self.omega[i + 1]], axis=2).max(axis=0))
             first, last = step * self.omega[i], step * by_rate(turn, self.omega[i + 1])
             vector = s * (1 - s) ** 2 * first + s**2 * (3 - 2 * s) * turn - s**2 * (1 - s) * last
             rate = ((1 - s) * (1 - 3 * s) * first + 6 * s * (1 - s) * turn + s * (3 * s - 2) * last) / step

@@ -356,6 +356,14 @@ class Reading(Folder):
         rows = self.read(self.HEAD + segment((0, still), (1, turned)) + segment((1, turned), (2, still)))
         np.testing.assert_array_equal((rows.t, rows.segment), ([0, 1, 2], [1, 1, 1]))
 
+    def test_a_fast_record_at_either_end_may_be_half_a_turn_away(self):
+        # From rest to 432 deg/s in a second the body turns by 216 degrees, not by the 144 of the shorter way back.
+        rows = ["0 0 0 1 0 0 0", "0 0 0.9510565162951535 -0.3090169943749474 0 0 432"]
+        for order in (rows, rows[::-1]):
+            data = "DATA_START\n" + "".join(f"2026-01-01T00:00:0{s} {row}\n" for s, row in enumerate(order)) + "DATA_STOP\n"
+            with self.assertRaisesRegex(nutate.NutateValueError, "half a turn or more apart 0.0 s"):
+                self.read(self.HEAD + self.META + data).at(0.5)
+
     def test_a_spacecraft_as_the_first_frame_is_read_by_its_direction(self):
         straight = self.read(self.HEAD + self.META + self.DATA)
         other = self.META.replace("REF_FRAME_A = ICRF\nREF_FRAME_B = SC_BODY_1", "REF_FRAME_A = SC_BODY_1\nREF_FRAME_B = ICRF")

@@ -56,7 +56,7 @@ contains
          rate = angle/h
          if (allocated(frame%omega)) then
             rate = max(rate, norm2(frame%omega(:, i - 1)), norm2(frame%omega(:, i)))
-            angle = max(angle, h*norm2(frame%omega(:, i - 1)))
+            angle = max(angle, h*rate)
          end if
          frame%fastest = max(frame%fastest, rate)
          if (angle >= pi .and. far == 0) far = i - 1

@@ -227,6 +227,15 @@ class Rates(FrameTest):
             self.fail_with(2, "check", "chaser.nml", says=("target.aem:", says))
 
 
+    def test_a_fast_record_at_either_end_may_be_half_a_turn_away(self):
+        # From rest to 54 deg/s in 8 s the frame turns by 216 degrees, not by the 144 of the shorter way back.
+        rows = ["0 0 0 1 0 0 0", "0 0 0.9510565162951535 -0.3090169943749474 0 0 54"]
+        for order in (rows, rows[::-1]):
+            self.write("target.aem", message([f"2029-04-13T21:46:{s} {row}" for s, row in zip(("12.75", "20.75"), order)],
+                                             kind="QUATERNION/ANGVEL", extra=("ANGVEL_FRAME = REF_FRAME_B",)))
+            self.fail_with(2, "check", "chaser.nml", says=("target.aem:", "the next record is half a turn or more away"))
+
+
 class Events(FrameTest):
     def events(self, text):
         self.write("rest.nml", REST + text)
