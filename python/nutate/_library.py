@@ -317,9 +317,12 @@ FLOAT = np.dtype(np.float64)
 
 def doubles(values: Any, name: str) -> Array:
     """A contiguous array of doubles. Masked, complex and calendar values are rejected: NumPy would convert what is under the mask,
-    the real part, and a count of some unit of time."""
+    the real part, and a count of some unit of time; quantities of astropy, pint and unyt, too: it would ignore their unit."""
     if type(values) is np.ndarray and values.dtype is FLOAT:
         return np.asarray(values, order="C")
+    # An xarray.DataArray shows its attributes, and those of a history have the unit that is expected.
+    if (hasattr(values, "unit") or hasattr(values, "units")) and not hasattr(values, "attrs"):
+        raise refusal(f"{name} has a unit (expected numbers without one, in the documented unit)")
     try:
         array: Any = np.asarray(values)
         whole = np.asarray(array.real, dtype=FLOAT, order="C")

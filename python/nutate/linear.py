@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, answer, interruptible, library, refusal
+from ._library import Array, answer, doubles, interruptible, library, refusal
 from .scenes import Scene
 from .sweeps import SceneOrPath, with_table
 
@@ -102,7 +102,7 @@ class Linearization:
         NutateValueError
             If the shape is another one, or the motion is one over a period.
         """
-        gain = np.asarray(feedback, float)
+        gain = doubles(feedback, "feedback")
         if self.period > 0:
             raise refusal("a controller has no gains for a motion over a period (expected an equilibrium)")
         if gain.shape not in ((3, 6), self.B.shape[::-1]):

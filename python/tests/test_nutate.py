@@ -585,6 +585,32 @@ class MisuseTest(unittest.TestCase):
         with self.assertRaisesRegex(nutate.NutateValueError, "masked values"):
             nutate.Bodies(free).step(0.1, np.eye(4)[:1].copy(), np.ma.masked_array(np.ones((1, 3)), mask=True), np.ones((1, 3)))
 
+    def test_quantities_with_units(self):
+        """As those of astropy, which are arrays, and of pint, which become arrays."""
+        class Quantity(np.ndarray):
+            unit = "deg"
+
+        class Measure:
+            units = "deg"
+
+            def __array__(self, dtype=None, copy=None):
+                return np.array([0.2, 0.3, 0.4], dtype)
+
+        class Labelled(Measure):
+            attrs = {"units": "rad/s"}
+
+        box = nutate.System(moments=(5, 20, 17))
+        uses = (lambda array: nutate.System(moments=array),
+                lambda array: nutate.solve(box, omega0=array, t_span=(0, 1)), lambda array: nutate.quat_from_axis_angle((0, 0, 1), array),
+                lambda array: nutate.solve(box, omega0=(0, 0, 1), t_span=(0, 1), t_eval=array),
+                lambda array: nutate.tdb("2029-04-13", "TT", array), lambda array: nutate.sweep(BOX, table={"integrator.end_time": array}))
+        for use in uses:
+            for quantity in (np.array([0.2, 0.3, 0.4]).view(Quantity), Measure()):
+                self.refuse(nutate.NutateValueError, "has a unit", use, quantity)
+            use(Labelled())
+        scalar = np.array(500e3).view(Quantity)
+        self.refuse(nutate.NutateValueError, "altitude has a unit", lambda: box.add("orbit", altitude=scalar))
+
     def test_an_attitude_that_the_steps_left_out_is_not_shown(self):
         scene = nutate.Scene(text="&body inertia = 1, 2, 2.5 / &initial angular_velocity = 1, 2, 3 /\n"
                              "&integrator time_step = 0.01, end_time = 10 / &output columns = 'angular_velocity' /\n")
