@@ -373,6 +373,10 @@ class Reading(Folder):
         self.assertEqual((rows.space_frame, rows.body_frame), ("ICRF", "SC_BODY_1"))
         np.testing.assert_allclose(rows.q, straight.q, atol=2 * EPS)
         np.testing.assert_allclose(rows.omega, straight.omega, atol=4 * EPS)
+        for a, b in (("MYSAT", "B1950"), ("MYSAT", "TEMEOFDATE"), ("MYSAT", "VNC_INERTIAL"), ("MYSAT", "DTRF2014"), ("AST_1", "MYSPACE"),
+                     ("ACC_2", "MYSPACE"), ("ESA_1", "MYSPACE")):
+            rows = self.read(self.HEAD + other.replace("SC_BODY_1", a).replace("ICRF", b) + data)
+            self.assertEqual((rows.space_frame, rows.body_frame), (b, a))
 
     def test_values_in_lower_case_and_useable_times(self):
         lower = self.META.replace("ICRF", "icrf").replace("UTC", "utc").replace("QUATERNION/ANGVEL", "quaternion/angvel").replace(

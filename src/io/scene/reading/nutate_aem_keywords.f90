@@ -53,11 +53,12 @@ module nutate_aem_keywords
       'icrf', 'icrf2', 'icrf3', 'gcrf', 'eme2000', 'j2000', 'eclipj2000', 'mod', 'tod', 'teme', 'b1950']
 
    !> Names of frames that are fixed in a spacecraft, and of frames that are not, without their numbers (SANA registries
-   !> of CCSDS 504.0-B).
-   character(len=*), parameter :: body_frames(*) = [character(len=12) :: 'sc', 'actuator', 'css', 'dss', 'gyro', &
-      'imu', 'instrument', 'mta', 'rw', 'sa', 'sensor', 'startracker', 'tam']
+   !> of CCSDS 504.0-B; not those of the Moon and other central bodies, which may be the body of a message).
+   character(len=*), parameter :: body_frames(*) = [character(len=12) :: 'sc', 'acc', 'actuator', 'ast', 'css', 'dss', &
+      'esa', 'gyro', 'imu', 'instrument', 'mta', 'rw', 'sa', 'sensor', 'startracker', 'tam']
    character(len=*), parameter :: space_frames(*) = [character(len=12) :: 'icrf', 'eme2000', 'j2000', 'gcrf', 'itrf', &
-      'eclipj2000', 'teme', 'tod', 'mod', 'gtod', 'mci', 'lvlh', 'rsw', 'rtn', 'tnw', 'ntw']
+      'eclipj2000', 'b1950', 'cirs', 'dtrf', 'efg', 'teme', 'temeofdate', 'temeofepoch', 'tdr', 'tirs', 'tod', 'mod', &
+      'moe', 'gtod', 'wgs', 'mci', 'lvlh', 'rsw', 'rtn', 'qsw', 'tnw', 'ntw', 'nsw', 'eqw', 'pqw', 'sez', 'uvw', 'vnc']
 
 contains
 
