@@ -304,12 +304,15 @@ contains
       type(moving_frame_t) :: frame
       real(wp) :: numbers(8, 3)
       integer :: far
-      ! A tenth of a turn about z, by the attitudes; three half turns by the rates.
+      ! A tenth of a turn about z, by the attitudes; three half turns by the rate of the last row, then of the first.
       numbers(:, 1) = [0.0_wp, unit, 0.0_wp, 0.0_wp, 1.0_wp]
-      numbers(:, 2) = [1.0_wp, cos(0.1_wp*pi), 0.0_wp, 0.0_wp, sin(0.1_wp*pi), 0.0_wp, 0.0_wp, 3*pi]
+      numbers(:, 2) = [1.0_wp, cos(0.1_wp*pi), 0.0_wp, 0.0_wp, sin(0.1_wp*pi), 0.0_wp, 0.0_wp, 1.0_wp]
       numbers(:, 3) = [2.0_wp, cos(0.2_wp*pi), 0.0_wp, 0.0_wp, sin(0.2_wp*pi), 0.0_wp, 0.0_wp, 3*pi]
       call make_frame(numbers, frame, far)
       call check(error, far, 2)
+      numbers(8, 1) = 3*pi
+      call make_frame(numbers, frame, far)
+      call check(error, far, 1)
       call make_frame(numbers(:5, :), frame, far)
       call check(error, far, 0)
       numbers(2:5, 2) = [0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]

@@ -3,14 +3,13 @@ submodule(suites_of_runs) test_hamiltonian
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: make_body
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, bilinear_form, body_momentum, kinetic_energy, make_state, &
-      potential_energy, potential_torque, space_momentum, system_t, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: cross, quat_left_matrix, quat_product, rotate_to_space
    use nutate_rotor, only: rotor_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: new_system
+   use test_problems, only: angular_velocity, bilinear_form, body_momentum, kinetic_energy, make_state, new_system, &
+      potential_energy, potential_torque, space_momentum, system_t, total_energy
    use test_reference_forms, only: hamilton_equations, inverse_mass_matrix, mass_matrix, momentum_from_rate, &
       potential_gradient
    use test_support, only: check_close, error_type, new_unittest, random_unit_quaternion, random_vector

@@ -10,8 +10,6 @@ submodule(suites_of_effects) test_moving_fields
    use nutate_force, only: force_t, moving_force_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, conserved_energy, make_state, space_momentum, system_t, &
-      time_dependent_power
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
    use nutate_orbit, only: orbit_t
@@ -28,7 +26,8 @@ submodule(suites_of_effects) test_moving_fields
    use nutate_timed_force, only: timed_force_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: new_problem, problem_t
+   use test_problems, only: angular_velocity, conserved_energy, make_state, new_problem, problem_t, space_momentum, &
+      system_t, time_dependent_power
    use test_satellites, only: degree, field_along, magnet, moments, path_of, point, push, push_along, satellite, &
       rotating, BOTH, FORCE_ALONG, MAGNETIC
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest

@@ -1,7 +1,8 @@
 !> The problems that several suites integrate, with their published data, and a loop of steps.
 module test_problems
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, frame_rate_of, kinetic_energy, &
-      make_state, potential_energy, space_momentum, system_t, total_energy
+   use nutate_hamiltonian, only: angular_velocity, bilinear_form, body_momentum, conserved_energy, frame_rate_of, &
+      inertia_at, kinetic_energy, make_state, potential_energy, potential_torque, space_momentum, system_t, &
+      time_dependent_power, total_energy
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -12,8 +13,9 @@ module test_problems
    public :: problem_t, new_problem, new_system, box, precessing_top, fast_top, bruls_top, simo_top, free_body, &
       forced_body, march, solve, wheeled_body
    !> Procedures of the library by which tests make and read states.
-   public :: angular_velocity, body_momentum, conserved_energy, frame_rate_of, kinetic_energy, make_state, &
-      potential_energy, space_momentum, system_t, total_energy
+   public :: angular_velocity, bilinear_form, body_momentum, conserved_energy, frame_rate_of, inertia_at, &
+      kinetic_energy, make_state, potential_energy, potential_torque, space_momentum, system_t, &
+      time_dependent_power, total_energy
 
    !> A system with the state it starts from.
    type :: problem_t

@@ -10,8 +10,6 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_event_list, only: event_list_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, inertia_at, make_state, &
-      potential_energy, space_momentum, time_dependent_power, total_energy
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
@@ -28,7 +26,8 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_variation, only: attitude_variation, inertia_variation, rate_variation, variation_t
    use test_event_support, only: rate_event_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_problems, only: new_problem, problem_t, system_t
+   use test_problems, only: angular_velocity, body_momentum, conserved_energy, inertia_at, make_state, new_problem, &
+      potential_energy, problem_t, space_momentum, system_t, time_dependent_power, total_energy
    use test_resume, only: check_balance, check_stepper, label_of, run_steps, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, skip_test

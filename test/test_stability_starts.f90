@@ -1,11 +1,10 @@
 !> Starts off the constraint manifold, and starts from the digits of a history.
 module test_stability_starts
-   use nutate_hamiltonian, only: angular_velocity, bilinear_form, make_state
    use nutate_kinds, only: wp, long
    use nutate_quaternion, only: attitude_distance, quat_normalized
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT
-   use test_problems, only: bruls_top, box, precessing_top, problem_t
+   use test_problems, only: angular_velocity, bilinear_form, box, bruls_top, make_state, precessing_top, problem_t
    use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow
    use test_support, only: error_type, new_unittest, unittest_type

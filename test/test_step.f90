@@ -6,7 +6,6 @@ submodule(suites_of_runs) test_step
    use nutate_damping, only: damping_t
    use nutate_effect, only: potential_t, torque_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, bilinear_form, make_state, system_t, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross, quat_left_matrix, quat_right_matrix, rotate_to_body
@@ -15,7 +14,8 @@ submodule(suites_of_runs) test_step
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_jacobian, only: check_jacobian
-   use test_problems, only: box, march, new_system, precessing_top, problem_t
+   use test_problems, only: angular_velocity, bilinear_form, box, make_state, march, new_system, precessing_top, &
+      problem_t, system_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
                            random_vector
    implicit none

@@ -7,7 +7,6 @@ module test_tangent_identities
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation, OF_POTENTIAL, &
       OF_TORQUE, OF_WHEEL
    use nutate_effect, only: effect_t, parameter_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, potential_torque, space_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: rotate_to_body
@@ -17,7 +16,8 @@ module test_tangent_identities
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: box, precessing_top, problem_t
+   use test_problems, only: angular_velocity, body_momentum, box, make_state, potential_torque, precessing_top, &
+      problem_t, space_momentum, system_t
    use test_random_scenes, only: make_random_scene, random_scene_t
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, random_unit, &
       random_vector, unittest_type

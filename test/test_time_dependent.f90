@@ -5,8 +5,6 @@ module test_time_dependent
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, make_state, potential_energy, space_momentum, total_energy, &
-      time_dependent_power, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
@@ -18,7 +16,8 @@ module test_time_dependent
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: new_problem, problem_t
+   use test_problems, only: angular_velocity, make_state, new_problem, potential_energy, problem_t, space_momentum, &
+      system_t, time_dependent_power, total_energy
    use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, one_in, &
                            random_unit_quaternion, unittest_type

@@ -6,8 +6,6 @@ module test_varying_inertia
    use nutate_damping, only: damping_t
    use nutate_exact_free, only: free_body_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, inertia_at, make_state, space_momentum, system_t, &
-      total_energy
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
@@ -23,7 +21,8 @@ module test_varying_inertia
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel, mount_wheels
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_problems, only: new_problem, new_system, problem_t
+   use test_problems, only: angular_velocity, body_momentum, inertia_at, make_state, new_problem, new_system, &
+      problem_t, space_momentum, system_t, total_energy
    use test_resume, only: check_balance, check_stepper, label_of, run_steps, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, skip_test, unittest_type

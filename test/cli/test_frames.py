@@ -226,7 +226,6 @@ class Rates(FrameTest):
             self.write("target.aem", message(records, version=version, kind="QUATERNION/RATE", extra=extra))
             self.fail_with(2, "check", "chaser.nml", says=("target.aem:", says))
 
-
     def test_a_fast_record_at_either_end_may_be_half_a_turn_away(self):
         # From rest to 54 deg/s in 8 s the frame turns by 216 degrees, not by the 144 of the shorter way back.
         rows = ["0 0 0 1 0 0 0", "0 0 0.9510565162951535 -0.3090169943749474 0 0 54"]
