@@ -120,7 +120,7 @@ contains
       function end_of(steps) result(y)
          integer, intent(in) :: steps
          real(wp), dimension(7) :: y, k1, k2, k3, k4
-         !> What acts at the start, in the middle and at the end of a step.
+         !> Field and orbit at the start, in the middle and at the end of a step.
          real(wp), dimension(3, 3) :: first, middle, last
          type(status_t) :: status
          real(wp) :: h

@@ -30,7 +30,7 @@ module test_oracle
    !> needs.
    integer, parameter :: columns = 12
    !> Error of a step, relative to |q| and |L|, unless a smaller one is asked for.
-   real(qp), parameter :: usual_tolerance = 1e-20_qp
+   real(qp), parameter :: usual_tolerance = 1e-25_qp
    real(qp), parameter :: pi = 3.14159265358979323846264338327950288_qp
 
    !> Data of a motion, in the precision of the oracle.

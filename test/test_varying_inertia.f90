@@ -301,7 +301,7 @@ contains
       do number = 1, 24
          call make_random(seed, problem)
          if (.not. in_turn(number)) cycle
-         call find_true_attitude(problem%system, problem%start, 4.0_wp, q)
+         call find_true_attitude(problem%system, problem%start, 4.0_wp, q, 1e-20_qp)
          do i = 1, size(methods)
             if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
             if (modulo(i + number, 2) == 0) cycle
