@@ -207,7 +207,7 @@ class Study(CommandLineTest):
     def test_why_no_step_is_possible_is_said(self):
         """Each step is subdivided into a thousand parts, which fail."""
         self.write("subdivided.nml", SUBDIVIDED)
-        self.fail_with(3, "cost", "subdivided.nml", "--evaluations", "20000", says=(
+        self.fail_with(3, "cost", "subdivided.nml", "--evaluations", "30000", says=(
             "no run was completed: nielsen_krenk order 2 (full):", "even subdivided into 1024 parts"))
 
     def test_a_motion_too_long_for_a_reference_still_shows_invariants(self):
