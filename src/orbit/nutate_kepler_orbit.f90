@@ -380,7 +380,8 @@ contains
    end subroutine pull_series
 
    !> Computes the coefficients of `pull_series` on an ellipse from those of cos E, sin E and Ė, and of p = (ρ/ρ₀)^(2b),
-   !> ρ = r/a: by ρĖ = n and ρṗ = 2b ρ̇p, with ρ = 1 - e cos E. These are half of the products of `expand_position`.
+   !> ρ = r/a: by ρĖ = n and ρṗ = 2b ρ̇p, with ρ = 1 - e cos E. These are half of the products of `expand_position`. The
+   !> arguments are those of `pull_series`.
    pure subroutine expand_on_ellipse(self, exponent, t, time_unit, n, distance)
       class(kepler_orbit_t), intent(in) :: self
       real(wp), intent(in) :: exponent, t, time_unit
