@@ -1,8 +1,9 @@
 !> The panels of the picture of a history: which columns share one, and the colour of each curve.
 module nutate_plot_panels
    use nutate_effect_list, only: effect_list_t
-   use nutate_quantities, only: component_colours, component_of, find_missing, numbered, quantities, quantity_t, &
-      set_of, GREY, Q_CONJUGATE_MOMENTUM, Q_EULER, Q_QUATERNION
+   use nutate_motion_quantities, only: Q_CONJUGATE_MOMENTUM, Q_EULER, Q_QUATERNION
+   use nutate_quantities, only: component_of, find_missing, numbered, quantities, set_of
+   use nutate_quantity, only: quantity_t, component_colours, GREY
    use nutate_spelling, only: escaped, split_list
    implicit none
    private

@@ -3,7 +3,7 @@ module nutate_run_summary
    use nutate_scene_loading, only: add_space_axes
    use nutate_chaos, only: chaos_t
    use nutate_console, only: count_text, page_t, plural, rate_text, say_error, vector_text
-   use nutate_control_columns, only: has_controller
+   use nutate_control_quantities, only: has_controller
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_effect_traits, only: DRIVES_WHEELS

@@ -12,7 +12,8 @@ submodule(suites_of_methods) test_events
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
-   use nutate_quantities, only: names_for, AS_EVENT
+   use nutate_quantities, only: names_for
+   use nutate_quantity, only: AS_EVENT
    use nutate_quaternion, only: quat_product
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate, run_summary_t

@@ -8,15 +8,22 @@ import sys
 import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-TABLE = ROOT / "src" / "io" / "output" / "nutate_quantities.f90"
+FOLDER = ROOT / "src" / "io" / "quantities"
 PAGE = ROOT / "python" / "nutate" / "_units.py"
 
 
+def source(name):
+    """The text of a file of the table, continued lines in one."""
+    return re.sub(r"&\n\s*", "", (FOLDER / f"{name}.f90").read_text(encoding="utf-8"))
+
+
 def entries():
-    """The entries of the table, each a line."""
-    text = TABLE.read_text(encoding="utf-8")
-    text = re.sub(r"&\n\s*", "", text[text.index(":: table(*)"):text.index("\n   interface")])
-    return text.split("quantity_t(")[1:]
+    """The entries of the table, each a line, family by family."""
+    families = re.search(r":: table\(\*\) = \[([^\]]*)\]", source("nutate_quantities"))[1].split(",")
+    texts = "".join(source(path.stem) for path in FOLDER.glob("*.f90"))
+    for family in families:
+        listed = re.search(rf":: {family.strip()}\(\*\) = \[(.*)\]$", texts, re.MULTILINE)[1]
+        yield from listed.split("quantity_t(")[1:]
 
 
 def units():
@@ -33,7 +40,7 @@ def units():
 
 def colours():
     """Colours by their names, and those of the components 1 to 6."""
-    text = re.sub(r"&\n\s*", "", TABLE.read_text(encoding="utf-8"))
+    text = source("nutate_quantity")
     named = dict(re.findall(r"(\w+) = '(#\w{6})'", text))
     listed = re.search(r"component_colours\(6\) = \[([^\]]*)\]", text)[1]
     return named, [named[name.strip()] for name in listed.split(",")]

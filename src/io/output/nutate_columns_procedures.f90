@@ -2,24 +2,29 @@
 submodule(nutate_columns) nutate_columns_procedures
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
    use nutate_attitude, only: roll_pitch_yaw_from_quat
-   use nutate_control_columns, only: controller_values, field_in_body
+   use nutate_control_quantities, only: controller_values, field_in_body, Q_CONTROLLER, Q_FIELD
    use nutate_effect_columns, only: energies_of, energy_headers, work_headers, works_of
+   use nutate_energy_quantities, only: Q_CONSTRAINTS, Q_ENERGIES, Q_ENERGY, Q_JACOBI, Q_SOLVER, &
+      Q_TIME_DEPENDENT_WORK, Q_WORKS
+   use nutate_frame_quantities, only: Q_FRAME_ATTITUDE
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, &
       potential_energy, relative_rate, space_momentum
-   use nutate_quantity_motion, only: attitude_in_lvlh, quantity_value
    use nutate_motion, only: find_motion, motion_t
+   use nutate_motion_quantities, only: Q_CONJUGATE_MOMENTUM, Q_EULER, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_QUATERNION, &
+      Q_RATE, Q_RATE_SPACE
    use nutate_moving_frame, only: has_time, see_from_frame
-   use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_space
+   use nutate_orbit_quantities, only: attitude_in_lvlh, Q_ECLIPSE, Q_ORBIT_POSITION, Q_ROLL_PITCH_YAW
    use nutate_propagated_columns, only: propagated_headers, propagated_values, propagated_width, is_by_free, &
-      SENSITIVITIES
-   use nutate_quantities, only: find_missing, find_set, headers_of, last_of_set, quantities, quantity_t, set_names, &
-      set_of, turns_to_degrees, width_of, NEEDS_CONTROLLER, NEEDS_TARGET, Q_CONJUGATE_MOMENTUM, Q_CONSTRAINTS, &
-      Q_CONTROLLER, Q_ECLIPSE, Q_ORBIT_POSITION, Q_ENERGIES, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ATTITUDE, Q_JACOBI, &
-      Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_PROPAGATED, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, Q_SOLVER, &
-      Q_TIME_DEPENDENT_WORK, Q_SPHERE_RATE, Q_TUMBLING, Q_WHEEL_SPEED, Q_WORKS
+      Q_PROPAGATED, SENSITIVITIES
+   use nutate_quantities, only: find_missing, find_set, headers_of, last_of_set, quantities, set_names, set_of, &
+      turns_to_degrees, width_of
+   use nutate_quantity, only: quantity_t, NEEDS_CONTROLLER, NEEDS_TARGET
+   use nutate_quantity_motion, only: quantity_value
+   use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_space
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
-   use nutate_tumbling_columns, only: tumbling_values
+   use nutate_tumbling_quantities, only: tumbling_values, Q_TUMBLING
+   use nutate_wheel_quantities, only: Q_WHEEL_SPEED
    implicit none
 
 contains
@@ -316,8 +321,7 @@ contains
       end select
    end subroutine write_set
 
-   !> Computes the values of a set of a wheel, of a controller, of the field, of tumbling elements, of an orbit or of a
-   !> frame, or of one quantity as events evaluate it.
+   !> Computes the values of a set whose quantities share work, or of one as events evaluate its quantities.
    pure subroutine write_part(first, system, state, values)
       !> Position of the first quantity of the set.
       integer, intent(in) :: first
@@ -326,7 +330,7 @@ contains
       !> Values of the set; shape (width of the set).
       real(wp), intent(out) :: values(:)
       type(motion_t) :: motion
-      integer :: k
+      integer :: at, i, k
       associate (number => quantities(first)%number)
          select case (quantities(first)%kind)
          case (Q_ORBIT_POSITION)
@@ -339,8 +343,6 @@ contains
             values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
          case (Q_WHEEL_SPEED)
             values = of_wheel(number, system, state)
-         case (Q_SPHERE_RATE)
-            values = of_sphere(first, system, state)
          case (Q_TUMBLING)
             values = tumbling_values(system, state)
          case (Q_FRAME_ATTITUDE)
@@ -351,8 +353,12 @@ contains
             values = controller_values(number, system, state)
          case default
             call find_motion(system, state, motion)
-            do k = 1, size(values)
-               values(k) = quantity_value(quantities(first), k, system, motion)
+            at = 0
+            do k = first, last_of_set(first)
+               do i = 1, width_of(quantities(k))
+                  at = at + 1
+                  values(at) = quantity_value(quantities(k), quantities(k)%first + i - 1, system, motion)
+               end do
             end do
          end select
       end associate
@@ -386,24 +392,6 @@ contains
       values(2) = state%wheel_momentum(i)
       values(3:4) = state%wheel_work(:, i)
    end function of_wheel
-
-   !> Returns the values of the set of an inner sphere; shape (8).
-   pure function of_sphere(first, system, state) result(values)
-      !> Position of the first quantity of the set.
-      integer, intent(in) :: first
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      real(wp) :: values(8)
-      type(motion_t) :: motion
-      integer :: k
-      call find_motion(system, state, motion)
-      do k = 1, 3
-         values(k) = quantity_value(quantities(first), k, system, motion)
-         values(3 + k) = quantity_value(quantities(first + 1), k, system, motion)
-      end do
-      values(7) = quantity_value(quantities(first + 2), 1, system, motion)
-      values(8) = quantity_value(quantities(first + 3), 1, system, motion)
-   end function of_sphere
 
    module procedure transfer_columns
       integer :: i

@@ -9,8 +9,9 @@ module nutate_scene_events
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long, pi
    use nutate_printable, only: quoted
-   use nutate_quantities, only: find_missing, find_quantity, names_for, quantities, quantity_t, AS_EVENT, &
-      Q_ORBIT_SPEED, Q_TRUE_ANOMALY
+   use nutate_orbit_quantities, only: Q_ORBIT_SPEED, Q_TRUE_ANOMALY
+   use nutate_quantities, only: find_missing, find_quantity, names_for, quantities
+   use nutate_quantity, only: quantity_t, AS_EVENT
    use nutate_scene_error, only: scene_error_t, allow_one_of
    use nutate_spelling, only: count_text
    implicit none

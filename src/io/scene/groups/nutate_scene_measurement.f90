@@ -8,8 +8,10 @@ module nutate_scene_measurement
    use nutate_kinds, only: wp, pi
    use nutate_measured_message, only: is_message, read_message
    use nutate_printable, only: printable_path, quoted
-   use nutate_quantities, only: find_quantity, names_for, quantities, reason_of, set_of, turns_to_degrees, &
-      AS_MEASUREMENT, Q_EULER, Q_ROLL_PITCH_YAW
+   use nutate_motion_quantities, only: Q_EULER
+   use nutate_orbit_quantities, only: Q_ROLL_PITCH_YAW
+   use nutate_quantities, only: find_quantity, names_for, quantities, reason_of, set_of, turns_to_degrees
+   use nutate_quantity, only: AS_MEASUREMENT
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t

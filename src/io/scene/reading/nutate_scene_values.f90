@@ -4,7 +4,8 @@ module nutate_scene_values
    use nutate_kinds, only: wp
    use nutate_number_text, only: read_logical, read_real, read_whole
    use nutate_printable, only: quoted
-   use nutate_quantities, only: find_quantity, quantities, reason_of, AS_EVENT
+   use nutate_quantities, only: find_quantity, quantities, reason_of
+   use nutate_quantity, only: AS_EVENT
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_lexer, only: lexer_t, token_t, text_value, TOKEN_COMMA, TOKEN_EQUALS, TOKEN_TEXT, TOKEN_WORD
    use nutate_spelling, only: is_listed, nearest_name, split_list

@@ -9,6 +9,7 @@ module nutate_propagated_columns
    use nutate_chaos, only: chaos_t
    use nutate_kinds, only: wp
    use nutate_propagated, only: propagated_t
+   use nutate_quantity, only: quantity_t, is_propagated, NAVY, OF_RUN
    use nutate_spelling, only: count_text, joined
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -17,10 +18,37 @@ module nutate_propagated_columns
    private
 
    public :: propagated_headers, propagated_values, propagated_width, is_by_free, lyapunov_names
-   public :: SENSITIVITIES, DEVIATIONS, COVARIANCE, LYAPUNOV, MEGNO, FLI
+   public :: SENSITIVITIES
+
+   !> Kind of all these quantities.
+   integer, parameter, public :: Q_PROPAGATED = OF_RUN
 
    !> Sets of columns: first those of the parameters, then those of chaos.
    integer, parameter :: SENSITIVITIES = 1, DEVIATIONS = 2, COVARIANCE = 3, LYAPUNOV = 4, MEGNO = 5, FLI = 6
+   !> Quantities that a run propagates.
+   type(quantity_t), parameter, public :: propagated_quantities(*) = [ &
+      quantity_t('sensitivities', 'd_COMPONENT/d_KEY', Q_PROPAGATED, 'rad per unit', 'rotation by *', 41, '', '', &
+                 is_propagated, is_propagated, propagated=SENSITIVITIES, pattern='d_rotation#/d_*'), &
+      quantity_t('sensitivities', '', Q_PROPAGATED, 'rad/s per unit', 'Ω by *', 42, propagated=SENSITIVITIES, &
+                 pattern='d_omega#/d_*'), &
+      quantity_t('sensitivities', '', Q_PROPAGATED, 'N m s per unit', 'wheel momentum by *', 43, &
+                 propagated=SENSITIVITIES, pattern='d_wheel#_momentum/d_*'), &
+      quantity_t('sensitivities', '', Q_PROPAGATED, 'N m s per unit', 'sphere momentum by *', 43, &
+                 propagated=SENSITIVITIES, pattern='d_sphere#_momentum#/d_*'), &
+      quantity_t('standard_deviations', 'sigma_COMPONENT', Q_PROPAGATED, 'rad', 'σ of the rotation', 44, '', '', &
+                 is_propagated, is_propagated, propagated=DEVIATIONS, pattern='sigma_rotation#'), &
+      quantity_t('standard_deviations', '', Q_PROPAGATED, 'rad/s', 'σ of Ω', 45, propagated=DEVIATIONS, &
+                 pattern='sigma_omega#'), &
+      quantity_t('covariance', 'covariance_COMPONENT_COMPONENT', Q_PROPAGATED, '', 'covariances', 46, '', '', &
+                 is_propagated, is_propagated, propagated=COVARIANCE, pattern='covariance_*'), &
+      quantity_t('lyapunov', 'lyapunovN', Q_PROPAGATED, '1/s', 'Lyapunov exponent', 47, NAVY, '', is_propagated, &
+                 is_propagated, propagated=LYAPUNOV, pattern='lyapunov', symbols='λ_1'), &
+      quantity_t('lyapunov', '', Q_PROPAGATED, '1/s', 'Lyapunov exponents', 48, propagated=LYAPUNOV, &
+                 pattern='lyapunov#'), &
+      quantity_t('megno', 'megno', Q_PROPAGATED, '', 'mean MEGNO', 49, NAVY, '', is_propagated, is_propagated, &
+                 propagated=MEGNO), &
+      quantity_t('fli', 'fli', Q_PROPAGATED, '', 'FLI', 50, NAVY, '', is_propagated, is_propagated, propagated=FLI)]
+
    !> Components of attitude, a rotation vector, and of angular velocity, in body axes.
    integer, parameter :: components = 6
    !> Largest change, derivative times standard deviation, whose square is treated as finite.

@@ -1,6 +1,6 @@
 !> Bodies of the procedures whose interfaces are in `nutate_quantities`.
 submodule(nutate_quantities) nutate_quantities_procedures
-   use nutate_control_columns, only: has_controller, has_field
+   use nutate_control_quantities, only: has_controller, has_field
    use nutate_effect_columns, only: energy_headers, work_headers
    implicit none
 

@@ -1,18 +1,60 @@
-!> Columns of controllers and of the magnetic field in which they act.
-module nutate_control_columns
+!> Quantities of controllers and of the magnetic field in which they act.
+module nutate_control_quantities
    use nutate_effect_list, only: effect_list_t, command_of_wheel
    use nutate_effect_traits, only: DRIVES_WHEELS, IS_CONTROLLER, IS_POINTING
    use nutate_hamiltonian, only: relative_rate, system_t
    use nutate_kinds, only: wp
+   use nutate_motion, only: motion_t
+   use nutate_quantity, only: quantity_t, counts, is_sampled, NEEDS_CONTROLLER, NEEDS_FIELD, NEEDS_TARGET, OF_CONTROL
    use nutate_quaternion, only: quat_normalized, rotate_to_body
    use nutate_state, only: state_t
    use nutate_torque, only: torque_t, n_saturations
    implicit none
    private
 
-   public :: controller_values, field_in_body, has_controller, has_field, pointing_error
+   public :: control_value, controller_values, field_in_body, has_controller, has_field
+   public :: Q_CONTROLLER, Q_FIELD
+
+   !> Kinds: one case evaluates all components of a kind. `Q_CONTROLLER` is only a column; the rates of the others are
+   !> differences.
+   enum, bind(c)
+      enumerator :: Q_CONTROLLER = OF_CONTROL, Q_POINTING_ERROR, Q_FIELD
+   end enum
+
+   !> Index of the implied loops of entries.
+   integer :: i
+
+   !> Quantities of controllers, by their numbers, and the magnetic field.
+   type(quantity_t), parameter, public :: control_quantities(*) = [ &
+      [(quantity_t('controller#', 'controller#_commanded1,controller#_commanded2,controller#_commanded3', &
+                   Q_CONTROLLER, 'N m or A m²', 'controller #, commanded', 14, '', 'body', is_sampled, is_sampled, &
+                   needs=NEEDS_CONTROLLER, number=i, symbols='axis 1,axis 2,axis 3'), &
+        quantity_t('controller#', 'controller#_applied1,controller#_applied2,controller#_applied3', Q_CONTROLLER, &
+                   'N m or A m²', 'controller #, applied', 15, '', 'body', is_sampled, is_sampled, &
+                   needs=NEEDS_CONTROLLER, number=i, first=4, symbols='axis 1,axis 2,axis 3'), &
+        quantity_t('controller#', 'controller#_saturations', Q_CONTROLLER, '', 'saturations', 16, '', '', counts, &
+                   counts, needs=NEEDS_CONTROLLER, number=i, first=7, symbols='controller #'), i=1, 6)], &
+      [(quantity_t('pointing_error#', 'pointing_error#', Q_POINTING_ERROR, 'rad', 'pointing error', 9, &
+                   needs=NEEDS_TARGET, number=i, by_differences=.true., symbols='controller #'), i=1, 6)], &
+      quantity_t('magnetic_field', 'B1,B2,B3', Q_FIELD, 'T', 'magnetic field B', 17, '', 'body', needs=NEEDS_FIELD, &
+                 by_differences=.true., symbols='B_1,B_2,B_3')]
 
 contains
+
+   !> Returns the value of a component of a quantity; 0 if the controller does not exist.
+   pure real(wp) function control_value(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: b(3)
+      if (quantity%kind == Q_POINTING_ERROR) then
+         x = pointing_error(quantity%number, system, motion%state)
+      else
+         b = field_in_body(system%effects, motion%state)
+         x = b(component)
+      end if
+   end function control_value
 
    !> Returns commanded and applied torque, N m, or moment of magnetorquers, A m², body axes, and how often a component
    !> of it, or the torque of a motor, has reached its limit; shape (7). Zeros for a controller that does not exist, and
@@ -155,4 +197,4 @@ contains
                       dim=1)
    end function place_of
 
-end module nutate_control_columns
+end module nutate_control_quantities

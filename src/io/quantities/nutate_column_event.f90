@@ -4,7 +4,8 @@ module nutate_column_event
    use nutate_kinds, only: wp, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
-   use nutate_quantities, only: component_of, find_quantity, quantities, AS_EVENT
+   use nutate_quantities, only: component_of, find_quantity, quantities
+   use nutate_quantity, only: AS_EVENT
    use nutate_quantity_motion, only: fastest_rate, greatest_value, quantity_rate, quantity_size, quantity_value
    use nutate_system, only: system_t
    implicit none

@@ -1,8 +1,9 @@
 !> The tumbling elements that a motion would keep if it were free from now on, as columns and quantities of events.
-module nutate_tumbling_columns
+module nutate_tumbling_quantities
    use nutate_hamiltonian, only: body_momentum, space_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_motion, only: motion_t
+   use nutate_quantity, only: quantity_t, has_edges, two_values, GREEN, NAVY, NEEDS_NO_ROTOR, OF_TUMBLING, VERMILION
    use nutate_quaternion, only: cross, rotate_to_space
    use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
@@ -10,10 +11,32 @@ module nutate_tumbling_columns
    implicit none
    private
 
-   public :: tumbling_values, tumbling_rate
+   public :: tumbling_value, tumbling_values, tumbling_rate
+
+   !> Kind: one case evaluates all components.
+   integer, parameter, public :: Q_TUMBLING = OF_TUMBLING
+
+   !> Tumbling elements.
+   type(quantity_t), parameter, public :: tumbling_quantities(*) = [ &
+      quantity_t('tumbling', 'energy_ratio', Q_TUMBLING, '', 'E/E₀', 26, NAVY, no_measurement=has_edges, &
+                 needs=NEEDS_NO_ROTOR, symbols='E/E_0'), &
+      quantity_t('tumbling', 'short_axis_mode', Q_TUMBLING, '', 'short-axis mode', 27, NAVY, '', two_values, &
+                 two_values, needs=NEEDS_NO_ROTOR, first=2, symbols='mode'), &
+      quantity_t('tumbling', 'precession_period_short', Q_TUMBLING, 's', 'periods', 29, VERMILION, &
+                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=3, symbols='precession of the short axis'), &
+      quantity_t('tumbling', 'precession_period_long', Q_TUMBLING, 's', 'periods', 29, GREEN, &
+                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=4, symbols='precession of the long axis'), &
+      quantity_t('tumbling', 'rotation_period', Q_TUMBLING, 's', 'periods', 29, NAVY, no_measurement=has_edges, &
+                 needs=NEEDS_NO_ROTOR, first=5, symbols='rotation'), &
+      quantity_t('tumbling', 'pole_longitude', Q_TUMBLING, 'rad', 'pole', 30, VERMILION, no_measurement=has_edges, &
+                 needs=NEEDS_NO_ROTOR, is_periodic=.true., first=6, symbols='longitude'), &
+      quantity_t('tumbling', 'pole_latitude', Q_TUMBLING, 'rad', 'pole', 30, NAVY, no_measurement=has_edges, &
+                 needs=NEEDS_NO_ROTOR, first=7, symbols='latitude'), &
+      quantity_t('tumbling', 'sense', Q_TUMBLING, '', 'sense', 28, NAVY, '', two_values, two_values, &
+                 needs=NEEDS_NO_ROTOR, first=8)]
 
    !> Number of columns, and positions of the pole's longitude and latitude and of the sense among them.
-   integer, parameter, public :: tumbling_width = 8
+   integer, parameter :: tumbling_width = 8
    integer, parameter :: LONGITUDE = 6, LATITUDE = 7, SENSE = 8
 
 contains
@@ -31,6 +54,16 @@ contains
       values(LONGITUDE:LATITUDE) = [atan2(l(2), l(1)), atan2(l(3), hypot(l(1), l(2)))]
       values(SENSE) = merge(-1.0_wp, 1.0_wp, elements%is_negative)
    end function tumbling_values
+
+   !> Returns one of `tumbling_values` along a motion.
+   pure real(wp) function tumbling_value(column, system, motion) result(x)
+      integer, intent(in) :: column
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: values(tumbling_width)
+      values = tumbling_values(system, motion%state)
+      x = values(column)
+   end function tumbling_value
 
    !> Returns the columns before those of the pole for an angular momentum; shape (5).
    pure function elements_of(system, momentum) result(values)
@@ -81,4 +114,4 @@ contains
       end do
    end function tumbling_rate
 
-end module nutate_tumbling_columns
+end module nutate_tumbling_quantities
