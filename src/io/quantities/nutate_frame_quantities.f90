@@ -1,11 +1,11 @@
 !> Quantities of the frames of a scene: attitude of the body relative to each, and its angle.
 module nutate_frame_quantities
-   use nutate_hamiltonian, only: system_t
    use nutate_kinds, only: wp
    use nutate_motion, only: motion_t
    use nutate_moving_frame, only: angle_rate, quaternion_rate, see_from_frame
    use nutate_quantity, only: quantity_t, other_angles, NAVY, NEEDS_FRAME, OF_FRAMES
    use nutate_quaternion, only: quat_product
+   use nutate_system, only: system_t
    implicit none
    private
 

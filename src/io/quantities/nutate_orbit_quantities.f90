@@ -1,7 +1,6 @@
 !> Quantities of an orbit: the attitude against its frame, its position and speed, the shadow of the Earth, the sun.
 module nutate_orbit_quantities
    use nutate_attitude, only: roll_pitch_yaw_from_quat
-   use nutate_hamiltonian, only: system_t
    use nutate_kinds, only: wp
    use nutate_motion, only: motion_t
    use nutate_motion_quantities, only: is_beside_pole
@@ -10,6 +9,7 @@ module nutate_orbit_quantities
       OF_ORBIT, VERMILION
    use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product, rotate_to_body
    use nutate_small_products, only: vector_length
+   use nutate_system, only: system_t
    implicit none
    private
 

@@ -3,7 +3,6 @@ module nutate_quantity_motion
    use nutate_control_quantities, only: control_value
    use nutate_energy_quantities, only: energy_fastest, energy_greatest, energy_rate, energy_size, energy_value
    use nutate_frame_quantities, only: frame_rate, frame_value
-   use nutate_hamiltonian, only: system_t
    use nutate_kinds, only: wp
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
@@ -11,6 +10,7 @@ module nutate_quantity_motion
    use nutate_orbit_quantities, only: orbit_rate, orbit_size, orbit_value
    use nutate_quantity, only: quantity_t, family_of, OF_CONTROL, OF_ENERGY, OF_FRAMES, OF_MOTION, OF_ORBIT, &
       OF_TUMBLING, OF_WHEELS
+   use nutate_system, only: system_t
    use nutate_tumbling_quantities, only: tumbling_rate, tumbling_value
    use nutate_wheel_quantities, only: wheel_fastest, wheel_rate, wheel_value
    implicit none

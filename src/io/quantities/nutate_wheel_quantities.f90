@@ -1,12 +1,12 @@
 !> Quantities of reaction wheels and of inner spheres.
 module nutate_wheel_quantities
-   use nutate_hamiltonian, only: system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: most_spheres
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
    use nutate_quantity, only: quantity_t, unit, adds_up, NEEDS_SPHERE, NEEDS_WHEEL, OF_WHEELS, ORANGE, PINK
    use nutate_quaternion, only: cross, rotate_to_space
+   use nutate_system, only: system_t
    implicit none
    private
 
