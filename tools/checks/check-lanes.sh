@@ -34,7 +34,9 @@ for source in src/batch/nutate_drift_*2.f90; do
    loops "$source" src/batch/nutate_drift_kernel.inc 'do i = 1, lanes'
 done
 for source in src/methods/taylor/nutate_rows_*2.f90; do
-   loops "$source" src/methods/taylor/nutate_rows_kernel.inc 'do i = 1, 4$'
+   for kernel in rows free; do
+      loops "$source" "src/methods/taylor/nutate_${kernel}_kernel.inc" 'do i = 1, 4$'
+   done
 done
 [ $passed -ge 10 ] || { failed=$((failed + 1)) && say "FAILED: only $passed loops over lanes were found"; }
 

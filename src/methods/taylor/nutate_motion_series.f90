@@ -1,6 +1,6 @@
 !> The motion of a rigid body as power series in time, by the fewest equations that do: the four lanes of
-!> `nutate_row_series`, two rows for symmetric tops, Euler's equations for free bodies and gyrostats of diagonal
-!> inertia, or the closed form for symmetric free bodies.
+!> `nutate_row_series`, the rotation and L where no torque depends on the attitude, two rows for symmetric tops, Euler's
+!> equations for free bodies and gyrostats of diagonal inertia, or the closed form for symmetric free bodies.
 module nutate_motion_series
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp
@@ -18,10 +18,13 @@ module nutate_motion_series
    implicit none
    private
 
-   public :: motion_series_t, ROWS, FREE_BODY, AXIAL_TOP
+   public :: motion_series_t, ROWS, FREE_BODY, AXIAL_TOP, NO_ROWS
 
-   !> The equations used: L and three rows; a free body; a free body, and a top, in the axial frame.
-   integer, parameter :: ROWS = 1, FREE_BODY = 2, AXIAL_FREE = 3, AXIAL_TOP = 4
+   !> The equations used: L and three rows; a free body; a free body, and a top, in the axial frame; L and the rotation
+   !> since the start.
+   integer, parameter :: ROWS = 1, FREE_BODY = 2, AXIAL_FREE = 3, AXIAL_TOP = 4, NO_ROWS = 5
+
+   real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
    !> Estimate of a rotation, by three coefficients of its rate, up to which it is less than π, rad.
    real(wp), parameter :: certain_turn = 2.6_wp
@@ -80,6 +83,11 @@ contains
       if (self%axial%axis > 0 .and. self%torques%n_moments == 1 .and. .not. (self%torques%has_more .or. &
                                                                             self%frame_turns)) self%best = AXIAL_TOP
       self%frame_rate = matmul(system%effects%frame_rate, self%torques%basis)
+      self%asks_no_effect = (self%torques%is_simple .or. .not. self%torques%has_more) .and. &
+                            .not. (self%torques%varies .or. self%frame_turns .or. self%axial%axis > 0)
+      if (allocated(self%wheels) .and. self%asks_no_effect) self%asks_no_effect = self%wheels%asks_no_effect
+      self%by_rotation = self%best == ROWS .and. self%asks_no_effect .and. self%torques%n_moments == 0
+      if (self%by_rotation) self%best = NO_ROWS
    end subroutine prepare
 
    !> Computes the coefficients from the values at the start.
@@ -106,6 +114,10 @@ contains
          self%angle(1) = self%time_unit*self%axial%spin(momentum(self%axial%axis))
          self%omega(:, 0) = (self%time_unit*self%axial%inverse_across)*momentum
          converges = maxval(abs(self%omega(:, 0))) <= steepest_growth
+      case (NO_ROWS)
+         self%lanes(:, 1, 0) = identity
+         self%lanes(1:3, 2, 0) = momentum
+         call expand_lanes(self, system, acts, converges)
       case default
          self%lanes(1, :, 0) = momentum
          do i = 1, 3
@@ -118,13 +130,24 @@ contains
             call top_sse2(self%row_series_t, converges)
          else if (system%effects%varies) then
             call expand_varying(self, system, acts, converges)
-         else if (self%avx2) then
-            call expand_avx2(self%row_series_t, system%effects, acts, system%body%inverse_inertia, converges)
          else
-            call expand_sse2(self%row_series_t, system%effects, acts, system%body%inverse_inertia, converges)
+            call expand_lanes(self, system, acts, converges)
          end if
       end select
    end subroutine expand
+
+   !> Computes the coefficients with a constant inertia.
+   pure subroutine expand_lanes(self, system, acts, converges)
+      class(motion_series_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      logical, intent(in) :: acts(:)
+      logical, intent(out) :: converges
+      if (self%avx2) then
+         call expand_avx2(self%row_series_t, system%effects, acts, system%body%inverse_inertia, converges)
+      else
+         call expand_sse2(self%row_series_t, system%effects, acts, system%body%inverse_inertia, converges)
+      end if
+   end subroutine expand_lanes
 
    !> Computes the coefficients with an inertia that varies.
    pure subroutine expand_varying(self, system, acts, converges)
@@ -163,7 +186,7 @@ contains
       end associate
    end subroutine expand_euler
 
-   !> Computes the changes of L, N m s, and of the rows up to a time.
+   !> Computes the changes of L, N m s, and of the rows, or of the rotation and of L, up to a time.
    pure subroutine get_changes(self, s, changes)
       class(motion_series_t), intent(in) :: self
       !> In units of time.
@@ -200,6 +223,11 @@ contains
          rotation = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
          if (angle > tiny(1.0_wp)) rotation = [cos(0.5_wp*s*angle), (sin(0.5_wp*s*angle)/angle)*self%omega(:, 0)]
          angle = s*self%angle(1)
+      case (NO_ROWS)
+         call self%get_changes(s, changes)
+         momentum = self%momentum + changes(1:3, 2)
+         rotation = identity + changes(:, 1)
+         return
       case default
          call self%get_changes(s, changes)
          momentum = self%momentum + changes(1, :)
@@ -286,7 +314,8 @@ contains
    end function turn_term
 
    !> Returns the largest rotation of the axes used in a step, rad: rows determine a rotation up to its sign, which is
-   !> lost at π. The rotation of a free body is an angle; in the axial frame there is a closed solution.
+   !> lost at π. The rotation of a free body is an angle, or it is computed itself; in the axial frame there is a closed
+   !> solution.
    pure real(wp) function largest_turn(self)
       class(motion_series_t), intent(in) :: self
       select case (self%equations)
@@ -294,12 +323,14 @@ contains
          largest_turn = 12.0_wp
       case (AXIAL_FREE)
          largest_turn = 200.0_wp
+      case (NO_ROWS)
+         largest_turn = 12.0_wp
       case default
          largest_turn = 3.0_wp
       end select
    end function largest_turn
 
-   !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² in the place of the rows.
+   !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² or |2c|² in the place of the rows.
    pure subroutine fit_tail(self)
       class(motion_series_t), intent(inout) :: self
       real(wp) :: x(most_parts, 4), squares(4), next(3), second(2), largest
@@ -322,9 +353,9 @@ contains
          return
       end if
       if (self%avx2) then
-         call multiply_avx2(self%order, self%scale, self%lanes, squares, next, second, largest)
+         call multiply_avx2(self%order, self%scale, self%by_rotation, self%lanes, squares, next, second, largest)
       else
-         call multiply_sse2(self%order, self%scale, self%lanes, squares, next, second, largest)
+         call multiply_sse2(self%order, self%scale, self%by_rotation, self%lanes, squares, next, second, largest)
       end if
       if (self%axial%axis > 0 .and. self%equations /= AXIAL_TOP) then
          x(1, :) = self%angle(self%order:self%order - 3:-1)
@@ -345,6 +376,8 @@ contains
       real(wp) :: term(3)
       if (self%equations == FREE_BODY) then
          term = self%inertia*self%free(1:3, k)
+      else if (self%by_rotation) then
+         term = self%lanes(1:3, 2, k)
       else
          term = self%lanes(1, :, k)
       end if

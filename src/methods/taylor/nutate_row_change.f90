@@ -2,7 +2,7 @@
 !> of the change, not that of their own digits.
 module nutate_row_change
    use nutate_kinds, only: wp
-   use nutate_motion_series, only: motion_series_t
+   use nutate_motion_series, only: motion_series_t, NO_ROWS
    use nutate_quaternion, only: quat_product, quat_vector_product
    use nutate_series_sum, only: rotation_between
    use nutate_state, only: add_increment, state_t
@@ -23,7 +23,8 @@ module nutate_row_change
 
 contains
 
-   !> The change until a time from the start of a series of L and three rows, in the axes of the body.
+   !> The change until a time from the start of a series of L and three rows, or of L and the rotation, in the axes of
+   !> the body.
    pure subroutine get_change(series, s, change)
       type(motion_series_t), intent(in) :: series
       !> In units of time.
@@ -32,6 +33,12 @@ contains
       real(wp) :: changes(4, 3), rows(3, 3)
       integer :: i
       call series%get_changes(s, changes)
+      if (series%equations == NO_ROWS) then
+         change%gain = changes(1:3, 2)
+         change%momentum = series%momentum + change%gain
+         change%turn = normalized_turn(changes(:, 1))
+         return
+      end if
       change%gain = changes(1, :)
       change%momentum = series%momentum + change%gain
       do i = 1, 3
@@ -40,6 +47,16 @@ contains
       change%turn = turn_between(series%frame, rows)
       if (series%is_opposite(s, identity + change%turn)) change%turn = -change%turn - 2*identity
    end subroutine get_change
+
+   !> c/|c| - 1 from c - 1, without the rounding of c.
+   pure function normalized_turn(turn) result(normalized)
+      real(wp), intent(in) :: turn(4)
+      real(wp) :: normalized(4), excess, length
+      excess = 2*turn(1) + (turn(1)*turn(1) + turn(2)*turn(2) + turn(3)*turn(3) + turn(4)*turn(4))
+      length = sqrt(1 + excess)
+      normalized = turn/length
+      normalized(1) = (turn(1) - excess/(1 + length))/length
+   end function normalized_turn
 
    !> c - 1 of the rotation c with R(c) (fᵢ + dᵢ) = fᵢ: of 4c₁c, which is linear in Σ fᵢ(fᵢ + dᵢ)ᵀ, the vector follows d
    !> alone, since Σ fᵢfᵢᵀ is symmetric.

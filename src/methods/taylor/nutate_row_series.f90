@@ -10,6 +10,8 @@
 !> If the space axes rotate at ω, E is fixed in them: `Ė = E×(Ω - Rᵀω)`, and Rᵀω is a sum of the three rows with
 !> constant weights, so that `E×Rᵀω` needs no products.
 !>
+!> The rotation since the start replaces the rows where no torque depends on the attitude: `ċ = ½ c∘Ω`.
+!>
 !> If body and effects are symmetric about an axis, all is computed in the non-spinning (Resal) frame
 !> (`nutate_axial_frame`): L/J₁ replaces Ω, `L' = τ`, and the angle of the body in that frame is one more series.
 module nutate_row_series
@@ -31,6 +33,9 @@ module nutate_row_series
    type :: row_series_t
       !> Highest coefficient, to be set.
       integer :: order = 0
+      !> No effect has to be asked for coefficients: in the axes of a rigid body, which do not rotate, for linear
+      !> potentials, and torques and motors that are linear in Ω or depend on time alone.
+      logical :: asks_no_effect = .false.
       !> Start and unit of time, s, to be set; the latter is negative backwards in time.
       real(wp) :: t = 0.0_wp, time_unit = 1.0_wp
       !> L, N m s, and the rows E1, E2, E3; coefficient 0 to be set; shape (lane, component, 0:highest_order).
@@ -44,6 +49,9 @@ module nutate_row_series
       type(wheel_series_t), allocatable :: wheels
       !> The axial frame, if there is one.
       type(axial_frame_t) :: axial
+      !> No effect has to be asked, and none depends on the attitude: the lanes are the rotation since the start, and
+      !> after it L.
+      logical :: by_rotation = .false.
       !> The rows rotate in space; components of their rate along them, rad/s; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp

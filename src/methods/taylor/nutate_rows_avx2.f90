@@ -16,4 +16,6 @@ contains
 
    include 'nutate_rows_kernel.inc'
 
+   include 'nutate_free_kernel.inc'
+
 end module nutate_rows_avx2

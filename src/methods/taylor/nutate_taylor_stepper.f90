@@ -10,7 +10,7 @@ module nutate_taylor_stepper
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_inner
-   use nutate_motion_series, only: AXIAL_TOP, FREE_BODY, motion_series_t, ROWS
+   use nutate_motion_series, only: AXIAL_TOP, FREE_BODY, motion_series_t, NO_ROWS, ROWS
    use nutate_noise, only: noise_t
    use nutate_power_series, only: fixed_step_order, highest_order, least_order
    use nutate_quaternion, only: quat_exp, quat_product
@@ -136,12 +136,12 @@ contains
       call series%prepare(system)
    end subroutine prepare_series
 
-   !> True for the series of three rows in the axes of the body, where the space axes turn, a potential moves or works
-   !> are done. Else the sums over steps are plain.
+   !> True for the series of three rows, or of the rotation, in the axes of the body, where the space axes turn, a
+   !> potential moves or works are done. Else the sums over steps are plain.
    pure logical function is_compensated(series, system)
       type(motion_series_t), intent(in) :: series
       type(system_t), intent(in) :: system
-      is_compensated = series%best == ROWS .and. series%axial%axis == 0
+      is_compensated = (series%best == ROWS .or. series%best == NO_ROWS) .and. series%axial%axis == 0
       if (is_compensated) is_compensated = system%effects%frame_turns .or. system%effects%n_works() > 0
    end function is_compensated
 
@@ -215,12 +215,16 @@ contains
    !> it in each. Beyond, a vibration grows, however small it is, and if works are done no conserved energy keeps it
    !> small.
    pure logical function is_followed(series)
-      !> Series of L and three rows, with the step as the unit of time.
+      !> Series of L and three rows, or of L and the rotation, with the step as the unit of time.
       type(motion_series_t), intent(in) :: series
       real(wp) :: scale
       integer :: n
       n = series%order
-      scale = maxval(abs(series%lanes(1, :, 0:2)))
+      if (series%by_rotation) then
+         scale = maxval(abs(series%lanes(1:3, 2, 0:2)))
+      else
+         scale = maxval(abs(series%lanes(1, :, 0:2)))
+      end if
       if (scale > tiny(1.0_wp)) scale = 1/scale
       is_followed = max((n*(n - 1))*size_of(n), ((n - 1)*(n - 2))*size_of(n - 1)) <= max(size_of(1), 2*size_of(2))
 
@@ -229,7 +233,11 @@ contains
       !> Returns the size of coefficient k, rad.
       pure real(wp) function size_of(k)
          integer, intent(in) :: k
-         size_of = max(scale*maxval(abs(series%lanes(1, :, k))), maxval(abs(series%lanes(2:4, :, k))))
+         if (series%by_rotation) then
+            size_of = max(scale*maxval(abs(series%lanes(1:3, 2, k))), 2*maxval(abs(series%lanes(:, 1, k))))
+         else
+            size_of = max(scale*maxval(abs(series%lanes(1, :, k))), maxval(abs(series%lanes(2:4, :, k))))
+         end if
       end function size_of
 
    end function is_followed

@@ -52,10 +52,8 @@ module nutate_torque_series
       !> True for torques that depend on time alone, shape (number of torques); sum of their series, N m, body axes.
       logical, allocatable, private :: is_timed(:)
       real(wp), allocatable :: timed(:, :)
-      !> D of all linear torques that act, N m s, shape (3,3), and of each in its lane, shape (lane, component, 3,
-      !> groups of lanes).
-      real(wp) :: simple_drag(3, 3) = 0.0_wp
-      real(wp), allocatable :: drags(:, :, :, :)
+      !> D of each linear torque that acts, N m s, before zeros; shape (4,3, number of torques).
+      real(wp), allocatable :: drags(:, :, :)
       !> True for slots whose n is fixed and not zero.
       logical, allocatable, private :: is_directed(:)
       !> Directions in the basis, potentials first; shape (3, slots).
@@ -76,11 +74,12 @@ module nutate_torque_series
       logical :: moves = .false.
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
-      !> Number of torques whose works are computed, last those of the dependence on time if there is one, and for each
-      !> a lane: Ω, rad/s, shape (3, 0:highest_order); torques, body axes, N m, shape (lane, component, 0:highest_order,
-      !> groups of lanes); series of their works ∫ Ω·τ dt in units of time, W, shape (lane, 0:highest_order, groups).
+      !> Number of torques whose works are computed, last those of the dependence on time if there is one: Ω, rad/s,
+      !> shape (3, 0:highest_order), and before a zero, shape (4, 0:highest_order); torques before a zero, body axes,
+      !> N m, shape (4, 0:highest_order, number); series of their works ∫ Ω·τ dt in units of time, W, in lanes, shape
+      !> (lane, 0:highest_order, groups).
       integer :: n_lanes = 0
-      real(wp), allocatable :: omega(:, :), torque(:, :, :, :), works(:, :, :)
+      real(wp), allocatable :: omega(:, :), rates(:, :), torque(:, :, :), works(:, :, :)
       !> Absolute Ω, rad/s, allocated if the inertia varies; shape (3, 0:highest_order).
       real(wp), allocatable, private :: absolute(:, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
@@ -193,7 +192,7 @@ contains
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%is_timed, self%timed, self%components, &
                                             self%gamma, self%columns, self%auxiliary, self%drag, self%omega, &
-                                            self%torque, self%works, self%mover, self%moving)
+                                            self%rates, self%torque, self%works, self%mover, self%moving)
       if (allocated(self%derivative)) deallocate (self%derivative)
       if (allocated(self%drags)) deallocate (self%drags)
       if (allocated(self%absolute)) deallocate (self%absolute)
@@ -237,11 +236,11 @@ contains
       self%varies = effects%varies
       n = -1
       if (self%has_more .or. self%n_lanes > 0) n = highest_order
-      allocate (self%omega(3, 0:n), self%timed(3, 0:n), source=0.0_wp)
+      allocate (self%omega(3, 0:n), self%rates(4, 0:n), self%timed(3, 0:n), source=0.0_wp)
       if (self%varies) allocate (self%absolute(3, 0:n), source=0.0_wp)
-      n = (self%n_lanes + lanes - 1)/lanes
-      allocate (self%torque(lanes, 3, 0:highest_order, n), self%works(lanes, 0:highest_order, n), source=0.0_wp)
-      if (self%is_simple) allocate (self%drags(lanes, 3, 3, n), source=0.0_wp)
+      allocate (self%torque(4, 0:highest_order, self%n_lanes), source=0.0_wp)
+      allocate (self%works(lanes, 0:highest_order, (self%n_lanes + lanes - 1)/lanes), source=0.0_wp)
+      if (self%is_simple) allocate (self%drags(4, 3, self%n_lanes), source=0.0_wp)
    end subroutine make_slots
 
    !> Marks the torques in space axes, and makes room for them.
@@ -291,16 +290,9 @@ contains
    pure subroutine begin_drags(self, acts)
       class(torque_series_t), intent(inout) :: self
       logical, intent(in) :: acts(:)
-      integer :: i, lane, group, column
-      self%simple_drag = 0.0_wp
+      integer :: i
       do i = 1, size(acts)
-         if (self%is_timed(i)) cycle
-         lane = 1 + iand(i - 1, lanes - 1)
-         group = (i + lanes - 1)/lanes
-         do column = 1, 3
-            self%drags(lane, :, column, group) = merge(self%drag(:, column, i), 0.0_wp, acts(i))
-            self%simple_drag(:, column) = self%simple_drag(:, column) + self%drags(lane, :, column, group)
-         end do
+         if (.not. self%is_timed(i)) self%drags(1:3, :, i) = merge(self%drag(:, :, i), 0.0_wp, acts(i))
       end do
    end subroutine begin_drags
 
@@ -320,6 +312,7 @@ contains
       real(wp) :: one(3), moved(3)
       integer :: i, n
       self%omega(:, k) = omega
+      self%rates(1:3, k) = omega
       if (self%varies) self%absolute(:, k) = omega
       if (self%varies .and. effects%frame_turns) then
          do i = 1, 3
@@ -334,7 +327,7 @@ contains
       moved = 0.0_wp
       call add_potentials(self, effects, k, t, time_unit, tau, moved)
       if (self%varies) moved = moved + inertia_push(k, time_unit, self%inertia, self%absolute)
-      if (self%n_lanes > size(acts)) call keep_torque(self, self%n_lanes, k, moved)
+      if (self%n_lanes > size(acts)) self%torque(1:3, k, self%n_lanes) = moved
       if (size(acts) > 0) tau = tau + self%timed(:, k)
       do i = 1, size(acts)
          if (self%is_timed(i)) cycle
@@ -353,7 +346,7 @@ contains
                self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
             if (self%torque_slot(i) < 0) call turn_to_body(self, i, k, rows, one)
          end if
-         call keep_torque(self, i, k, one)
+         self%torque(1:3, k, i) = one
          tau = tau + one
       end do
    end subroutine add_terms
@@ -431,29 +424,6 @@ contains
       end associate
    end subroutine add_transported_work
 
-   !> Stores coefficient k of a torque in its lane.
-   pure subroutine keep_torque(self, i, k, tau)
-      class(torque_series_t), intent(inout) :: self
-      !> Index of the lane; coefficient.
-      integer, intent(in) :: i, k
-      !> Body axes, N m; shape (3).
-      real(wp), intent(in) :: tau(3)
-      integer :: lane, group
-      lane = 1 + iand(i - 1, lanes - 1)
-      group = (i + lanes - 1)/lanes
-      self%torque(lane, 1, k, group) = tau(1)
-      self%torque(lane, 2, k, group) = tau(2)
-      self%torque(lane, 3, k, group) = tau(3)
-   end subroutine keep_torque
-
-   !> Returns coefficient k of a torque from its lane.
-   pure function kept_torque(self, i, k) result(tau)
-      class(torque_series_t), intent(in) :: self
-      integer, intent(in) :: i, k
-      real(wp) :: tau(3)
-      tau = self%torque(1 + iand(i - 1, lanes - 1), :, k, (i + lanes - 1)/lanes)
-   end function kept_torque
-
    !> Adds coefficient k of ∂τ/∂θ of all effects, θ a small rotation of the body; called after `add_terms`.
    pure subroutine add_derivatives(self, effects, k, time_unit, acts, rows, by_turn, unknown)
       class(torque_series_t), intent(inout) :: self
@@ -490,7 +460,7 @@ contains
          n = self%torque_slot(i)
          if (n == 0 .or. .not. acts(i)) cycle
          if (n < 0) then
-            by_turn = by_turn + skew(kept_torque(self, i, k))
+            by_turn = by_turn + skew(self%torque(1:3, k, i))
             cycle
          end if
          associate (torque => effects%torques(i)%item)
@@ -579,14 +549,13 @@ contains
       real(wp) :: tau(3, 0:highest_order)
       integer :: i, n
       call clear(3, 1, self%order, self%timed)
-      call clear(3*lanes, size(self%torque, 4), self%order, self%torque)
+      call clear(4, size(self%torque, 3), self%order, self%torque)
       do i = 1, size(acts)
          if (.not. (self%is_timed(i) .and. acts(i))) cycle
          n = self%torque_slot(i)
          call effects%torques(i)%item%time_series( &
             t, time_unit, self%auxiliary(:, self%columns(1, n):self%columns(2, n)), tau(:, :self%order))
-         call keep_timed(1 + iand(i - 1, lanes - 1), self%order, tau, self%torque(:, :, :, (i + lanes - 1)/lanes), &
-                         self%timed)
+         call keep_timed(self%order, tau, self%torque(:, :, i), self%timed)
       end do
    end subroutine expand_timed
 
@@ -600,15 +569,15 @@ contains
       end do
    end subroutine clear
 
-   !> Stores a torque that depends on time alone in its lane, and adds it to the sum of these.
-   pure subroutine keep_timed(lane, order, tau, torque, timed)
-      integer, intent(in) :: lane, order
-      !> N m, body axes; shapes (3, 0:highest_order), (lane, component, 0:highest_order).
+   !> Stores a torque that depends on time alone, and adds it to the sum of these.
+   pure subroutine keep_timed(order, tau, torque, timed)
+      integer, intent(in) :: order
+      !> N m, body axes.
       real(wp), intent(in) :: tau(3, 0:highest_order)
-      real(wp), intent(inout) :: torque(lanes, 3, 0:highest_order), timed(3, 0:highest_order)
+      real(wp), intent(inout) :: torque(4, 0:highest_order), timed(3, 0:highest_order)
       integer :: k
       do k = 0, order
-         torque(lane, :, k) = tau(:, k)
+         torque(1:3, k) = tau(:, k)
          timed(:, k) = timed(:, k) + tau(:, k)
       end do
    end subroutine keep_timed

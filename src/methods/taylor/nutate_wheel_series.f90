@@ -37,7 +37,7 @@ module nutate_wheel_series
       integer, allocatable, private :: columns(:, :)
       !> True for motors that depend on time alone, and for those that act and depend on the motion; shape (n).
       logical, allocatable, private :: is_timed(:), is_led(:)
-      !> There are reaction wheels alone, and no motor has to be asked for coefficients.
+      !> There are reaction wheels alone, and no motor depends on the motion.
       logical :: asks_no_effect = .false.
       !> Ω and γ as motors ask for them: rad/s, shape (3, 0:highest_order).
       real(wp), allocatable, private :: omega(:, :), gamma(:, :)
@@ -83,6 +83,7 @@ contains
       allocate (self%columns(2, self%n), source=0)
       allocate (self%is_timed(self%n), self%is_led(self%n), source=.false.)
       last = 0
+      self%asks_no_effect = effects%n_reaction_wheels == self%n
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
             self%axes(:, i) = wheel%axis
@@ -98,6 +99,7 @@ contains
                return
             end if
             self%is_timed(i) = wheel%motor%series_kind() == TIME_SERIES
+            self%asks_no_effect = self%asks_no_effect .and. self%is_timed(i)
             last = last + wheel%motor%auxiliary_series()
             self%columns(2, i) = last
          end associate
@@ -158,7 +160,6 @@ contains
             self%is_led(i) = .true.
          end if
       end do
-      self%asks_no_effect = effects%n_reaction_wheels == self%n .and. .not. any(self%is_led)
    end subroutine start
 
    !> Finds the lane of the motor of a wheel, before that of its friction, and its group.
