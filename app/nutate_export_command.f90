@@ -7,21 +7,24 @@ module nutate_export_command
    use nutate_export_facts, only: export_facts_t, facts_of_scene, parse_facts
    use nutate_gltf_writing, only: gltf_fault, write_gltf
    use nutate_history_plot, only: name_length, read_history, read_names, recorded_t
-   use nutate_kinds, only: wp, pi
+   use nutate_kinds, only: wp
    use nutate_outputs, only: outputs_t, AEM, GLTF
-   use nutate_printable, only: printable_path
+   use nutate_printable, only: printable_path, quoted
    use nutate_quaternion, only: quat_normalized
    use nutate_resampling, only: resample
    use nutate_scene, only: scene_t, read_scene
    use nutate_status, only: status_t
+   use nutate_table_units, only: conversion, split_header, units_of
    implicit none
    private
 
    public :: export_command
 
-   !> Columns that are exported, and names of the rates in degrees per second.
-   character(len=name_length), parameter :: quaternion(4) = [character(len=name_length) :: 'q0', 'q1', 'q2', 'q3']
-   character(len=name_length), parameter :: rates(3) = [character(len=name_length) :: 'omega1', 'omega2', 'omega3']
+   !> Columns that are exported, the rates by two names, and their units without one in the header.
+   character(len=10), parameter :: exported(10) = [character(len=10) :: 'q0', 'q1', 'q2', 'q3', 'omega1', 'omega2', &
+                                                   'omega3', 'omega1_deg', 'omega2_deg', 'omega3_deg']
+   character(len=5), parameter :: units(10) = [character(len=5) :: '', '', '', '', 'rad/s', 'rad/s', 'rad/s', &
+                                               'deg/s', 'deg/s', 'deg/s']
    !> Tolerance of the norm of quaternions whose digits were rounded.
    real(wp), parameter :: norm_tolerance = 1e-2_wp
 
@@ -117,28 +120,20 @@ contains
       !> Error message, one printable line; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       type(recorded_t) :: history
-      character(len=name_length), allocatable :: names(:), wanted(:)
-      real(wp) :: unit
+      character(len=name_length), allocatable :: names(:)
+      character(len=name_length) :: headers(7)
+      real(wp) :: factors(7)
       integer :: i
       call read_names(path, names, problem)
       if (problem /= '') return
-      do i = 1, 4
-         if (problem == '' .and. count(names == quaternion(i)) /= 1) &
-            problem = printable_path(path)//':1: there is no column '//trim(quaternion(i))// &
-                      " (expected output.columns with 'quaternion')"
-      end do
+      call find_columns(names, headers, factors, problem)
+      if (problem /= '') problem = printable_path(path)//':1: '//problem
       if (problem /= '') return
-      wanted = rates
-      unit = 1.0_wp
-      if (any(names == 'omega1_deg')) then
-         wanted = [character(len=name_length) :: 'omega1_deg', 'omega2_deg', 'omega3_deg']
-         unit = pi/180
-      end if
-      call read_history(path, [character(len=name_length) :: quaternion, wanted], history, problem)
+      call read_history(path, headers, history, problem)
       if (problem /= '') return
       rows%t = history%values(:, 1)
-      rows%q = columns_of(history, quaternion)
-      if (all([(count(history%names == wanted(i)), i=1, 3)] == 1)) rows%omega = unit*columns_of(history, wanted)
+      rows%q = columns_of(history, headers(:4), factors(:4))
+      if (all(headers /= '')) rows%omega = columns_of(history, headers(5:), factors(5:))
       call check_rows(path, rows, problem)
       if (problem /= '') return
       do i = 1, rows%count()
@@ -146,16 +141,52 @@ contains
       end do
    end subroutine read_rows
 
-   !> Returns columns as rows of a matrix.
-   pure function columns_of(history, names) result(values)
+   !> Finds the columns of attitudes and rates by their names, behind which a unit may be in brackets.
+   subroutine find_columns(names, headers, factors, problem)
+      !> Headers of all columns.
+      character(len=name_length), intent(in) :: names(:)
+      !> Headers of q0 to q3 and of the three rates; empty for rates that there are not.
+      character(len=name_length), intent(out) :: headers(7)
+      !> Their units, SI.
+      real(wp), intent(out) :: factors(7)
+      character(len=:), allocatable, intent(inout) :: problem
+      character(len=:), allocatable :: name, unit
+      integer :: i, k, at
+      headers = ''
+      factors = 1.0_wp
+      do i = 1, size(names)
+         call split_header(names(i), name, unit)
+         at = findloc(exported == name, .true., dim=1)
+         if (at == 0) cycle
+         k = merge(at, at - 3, at <= 7)
+         if (unit == '') unit = trim(units(at))
+         if (headers(k) /= '') then
+            problem = 'there are two columns '//quoted(trim(exported(k)))//' (expected one)'
+         else if (k <= 4 .and. unit /= '') then
+            problem = quoted(trim(names(i)))//' has a unit (expected none)'
+         else if (k > 4) then
+            factors(k) = conversion(unit, 'rad/s')
+            if (.not. factors(k) > 0.0_wp) problem = quoted(trim(names(i)))//' has an unknown unit (expected '// &
+                                                     units_of('rad/s')//')'
+         end if
+         if (problem /= '') return
+         headers(k) = names(i)
+      end do
+      k = findloc(headers(:4) == '', .true., dim=1)
+      if (k > 0) problem = 'there is no column '//trim(exported(k))//" (expected output.columns with 'quaternion')"
+   end subroutine find_columns
+
+   !> Returns columns as rows of a matrix, SI.
+   pure function columns_of(history, headers, factors) result(values)
       type(recorded_t), intent(in) :: history
-      !> Names of existing columns.
-      character(len=*), intent(in) :: names(:)
+      !> Headers of existing columns, and their units.
+      character(len=*), intent(in) :: headers(:)
+      real(wp), intent(in) :: factors(:)
       real(wp), allocatable :: values(:, :)
       integer :: i
-      allocate (values(size(names), size(history%values, 1)))
-      do i = 1, size(names)
-         values(i, :) = history%values(:, findloc(history%names == names(i), .true., dim=1))
+      allocate (values(size(headers), size(history%values, 1)))
+      do i = 1, size(headers)
+         values(i, :) = factors(i)*history%values(:, findloc(history%names == headers(i), .true., dim=1))
       end do
    end function columns_of
 

@@ -13,6 +13,7 @@ module nutate_history_plot
    use nutate_scene_table, only: begin_of, next_field
    use nutate_status, only: status_t
    use nutate_system_text, only: error_text
+   use nutate_table_units, only: conversion, split_header, units_of
    implicit none
    private
 
@@ -20,6 +21,9 @@ module nutate_history_plot
 
    !> Longest line of a history, and longest name of a column.
    integer, parameter :: line_length = 16384, name_length = 48
+
+   !> Times up to this are converted, s.
+   real(wp), parameter :: greatest_time = 1e100_wp
 
    !> Columns of a history.
    type :: recorded_t
@@ -51,12 +55,17 @@ contains
       character(len=:), allocatable, intent(out) :: problem
       character(len=line_length) :: line
       integer, allocatable :: places(:)
+      real(wp) :: second
       integer :: unit, fields
       call open_history(path, unit, line, problem)
       if (problem /= '') return
       close (unit)
-      call read_header(trim(line), names, places, fields)
-      if (size(places) == 0) problem = printable_path(path)//':1: not a history (expected a first line t,...)'
+      call read_header(trim(line), names, places, fields, second)
+      if (size(places) == 0) then
+         problem = printable_path(path)//':1: not a history (expected a first line t,...)'
+      else if (.not. second > 0.0_wp) then
+         problem = printable_path(path)//':1: t has an unknown unit (expected '//units_of('s')//')'
+      end if
    end subroutine read_names
 
    !> Opens a history and reads its first line.
@@ -90,7 +99,7 @@ contains
       problem = printable_path(path)//': cannot be read ('//trim(why)//')'
    end subroutine open_history
 
-   !> Reads `t` and the wanted columns.
+   !> Reads `t`, in seconds, and the wanted columns.
    subroutine read_history(path, wanted, history, problem)
       character(len=*), intent(in) :: path
       !> Names of columns that `read_names` found.
@@ -101,11 +110,12 @@ contains
       character(len=line_length) :: line
       integer, allocatable :: places(:)
       integer(long) :: lines, rows
+      real(wp) :: second
       integer :: unit, iostat, fields
 
       call open_history(path, unit, line, problem)
       if (problem /= '') return
-      call read_header(trim(line), history%names, places, fields, wanted)
+      call read_header(trim(line), history%names, places, fields, second, wanted)
       rows = 0
       lines = 0
       do
@@ -122,24 +132,31 @@ contains
       allocate (history%values(rows, size(places)))
       call read_rows(unit, path, places, fields, history%values, problem)
       close (unit)
+      associate (t => history%values(:, 1))
+         ! Others are rejected, and would overflow.
+         where (abs(t) < greatest_time) t = second*t
+      end associate
    end subroutine read_history
 
    !> Finds `t` and the wanted columns in the first line; none if the line is not that of a history.
-   pure subroutine read_header(line, names, places, fields, wanted)
+   pure subroutine read_header(line, names, places, fields, second, wanted)
       character(len=*), intent(in) :: line
       character(len=name_length), allocatable, intent(out) :: names(:)
       !> Positions of the fields of a row that are read; shape (number of names).
       integer, allocatable, intent(out) :: places(:)
       !> Number of fields in a row.
       integer, intent(out) :: fields
+      !> Unit of `t`, s; 0 if it is unknown.
+      real(wp), intent(out) :: second
       !> Names of the wanted columns; default: all.
       character(len=*), intent(in), optional :: wanted(:)
       character(len=name_length) :: name
-      character(len=:), allocatable :: problem
+      character(len=:), allocatable :: problem, header, unit
       integer :: position, first, last
       logical :: ends
       allocate (names(0), places(0))
       fields = 0
+      second = 1.0_wp
       position = 1
       ends = .false.
       problem = ''
@@ -147,6 +164,11 @@ contains
          call next_field(line, position, first, last, ends, problem)
          fields = fields + 1
          name = line(first:last)
+         if (fields == 1) then
+            call split_header(line(first:last), header, unit)
+            name = header
+            if (unit /= '') second = conversion(unit, 's')
+         end if
          if (problem /= '' .or. (fields == 1 .and. (name /= 't' .or. ends))) return
          if (fields > 1 .and. present(wanted)) then
             if (.not. any(wanted == name)) cycle

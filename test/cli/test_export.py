@@ -163,6 +163,30 @@ class Exports(CommandLineTest):
         self.assertEqual(keywords(text)["ATTITUDE_TYPE"], "QUATERNION")
         self.fail_with(2, "export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "x.aem", "--error", "1e-3", says=("omega1, omega2, omega3",))
 
+    def test_units_of_headers_are_converted(self):
+        whole = records(self.succeed("export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "-").stdout)
+        header, rows = self.history("tumbler.csv")
+        self.assertEqual(header[:8], ["t", "q0", "q1", "q2", "q3", "omega1", "omega2", "omega3"])
+        names = ["t (min)", *header[1:5], "omega1 (deg/s)", "omega2 [rpm]", '"omega3_deg (mrad/s)"']
+        factors = [1 / 60, 1, 1, 1, 1, 180 / math.pi, 30 / math.pi, 1e3]
+        self.write("units.csv", "\n".join([",".join(names), *(",".join(repr(x * f) for x, f in zip(row, factors)) for row in rows)]) + "\n")
+        found = records(self.succeed("export", "units.csv", "--scene", "tumbler.nml", "--aem", "-").stdout)
+        self.assertEqual(len(found), len(whole))
+        for (date, values), (other, expected) in zip(found, whole):
+            self.assertAlmostEqual(float(date[17:]), float(other[17:]), delta=2e-6)
+            self.assertEqual(len(values), len(expected))
+            for value, wanted in zip(values, expected):
+                self.assertAlmostEqual(value, wanted, delta=1e-12 * max(1, abs(wanted)))
+
+    def test_units_of_another_quantity_are_rejected(self):
+        lines = self.read("tumbler.csv").splitlines()
+        for before, after, says in (("omega2", "omega2 (deg)", "'omega2 (deg)' has an unknown unit (expected rad/s, mrad/s"),
+                                    ("q1", "q1 (deg)", "'q1 (deg)' has a unit (expected none)"),
+                                    ("t,", "t (years),", "t has an unknown unit (expected s, ms"),
+                                    ("omega2", "omega1 (rad/s)", "there are two columns 'omega1'")):
+            self.write("other.csv", "\n".join([lines[0].replace(before, after, 1), *lines[1:]]) + "\n")
+            self.fail_with(2, "export", "other.csv", "--scene", "tumbler.nml", "--aem", "x.aem", says=("other.csv:1: " + says,))
+
     def test_rates_are_relative_to_axes_that_turn(self):
         self.write("lab.nml", TUMBLER.replace("'ICRF'", "'LAB'") + "&rotating_frame rate = 0, 0, 0.5 /\n")
         self.succeed("run", "lab.nml", "--quiet", "--set", "output.interval=0.01")
