@@ -313,25 +313,60 @@ def encoded(text: Textual) -> bytes:
 
 
 FLOAT = np.dtype(np.float64)
+# Types of numbers in a list that are nothing but numbers.
+PLAIN = frozenset((float, int, bool, np.float64, np.int64))
+
+
+def refuse_units(values: Any, name: str) -> None:
+    """Rejects quantities of astropy, pint and unyt, also in lists: NumPy would ignore their unit; and masked values in lists."""
+    if type(values) in (tuple, list):
+        if PLAIN.issuperset(map(type, values)):
+            return
+        for value in values:
+            refuse_units(value, name)
+            if np.ma.is_masked(value):
+                raise refusal(f"{name} has masked values (expected real numbers)")
+        return
+    # An xarray.DataArray shows its attributes, and those of a history have the unit that is expected.
+    if hasattr(values, "attrs"):
+        values = getattr(values, "data", None)
+    if getattr(values, "unit", None) is not None or getattr(values, "units", None) is not None:
+        raise refusal(f"{name} has a unit (expected numbers without one, in the documented unit)")
 
 
 def doubles(values: Any, name: str) -> Array:
     """A contiguous array of doubles. Masked, complex and calendar values are rejected: NumPy would convert what is under the mask,
-    the real part, and a count of some unit of time; quantities of astropy, pint and unyt, too: it would ignore their unit."""
+    the real part, and a count of some unit of time; quantities with a unit, too."""
     if type(values) is np.ndarray and values.dtype is FLOAT:
         return np.asarray(values, order="C")
-    # An xarray.DataArray shows its attributes, and those of a history have the unit that is expected.
-    if (hasattr(values, "unit") or hasattr(values, "units")) and not hasattr(values, "attrs"):
-        raise refusal(f"{name} has a unit (expected numbers without one, in the documented unit)")
+    if type(values) in (tuple, list) and PLAIN.issuperset(map(type, values)):
+        return np.array(values, dtype=FLOAT)
+    refuse_units(values, name)
     try:
         array: Any = np.asarray(values)
+        if array.dtype.kind == "O":
+            refuse_units(array.ravel().tolist(), name)
         whole = np.asarray(array.real, dtype=FLOAT, order="C")
+    except NutateValueError:
+        raise
     except ValueError as error:
         raise refusal(f"{name} is {values!r} (expected numbers)") from error
     kind = "masked" if np.ma.is_masked(values) else {"c": "complex", "m": "calendar", "M": "calendar"}.get(array.dtype.kind)
     if kind:
         raise refusal(f"{name} has {kind} values (expected real numbers)")
     return whole
+
+
+def number(value: Any, name: str) -> float:
+    """A float. Rejects what `doubles` rejects: `float` would ignore units, imaginary parts and masks."""
+    if type(value) is float:
+        return value
+    if isinstance(value, (float, int)):
+        return float(value)
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = doubles(value, name)
+    refuse_units(value, name)
+    return float(value)
 
 
 def vector(values: npt.ArrayLike, size: int, name: str) -> Array:

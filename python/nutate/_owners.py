@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._library import (Array, BAD_HANDLE, HessianCallback, KnownAttributes, NutateValueError, PotentialCallback, QuantityCallback, TorqueCallback, check, doubles,
-                       interruptible, library, pointer, raise_interrupt, refusal, text_of, vector)
+                       interruptible, library, number, pointer, raise_interrupt, refusal, text_of, vector)
 
 # Memory of callbacks that is known by its address, at most.
 MOST_VIEWS = 4096
@@ -197,7 +197,7 @@ class Callbacks:
             result = function(three[gamma].copy())
             try:
                 value, slope = result
-                one[energy][0] = float(value)
+                one[energy][0] = number(value, "the energy")
             except (TypeError, ValueError) as error:
                 raise refusal(f"the potential returned {result!r} (expected its energy, a number, and its gradient)") from error
             put(three[gradient], slope, "the gradient")
@@ -222,7 +222,7 @@ class Callbacks:
         def evaluate(t: float, q: int, omega: int, _: Any, g: int) -> None:
             value = function(t, four[q].copy(), three[omega].copy())
             try:
-                one[g][0] = float(value)
+                one[g][0] = number(value, "the quantity")
             except (TypeError, ValueError) as error:
                 raise refusal(f"the quantity of an event is {value!r} (expected a number)") from error
 

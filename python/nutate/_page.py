@@ -16,7 +16,7 @@ from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._library import Array, KnownAttributes, NutateValueError, Textual, refusal
+from ._library import Array, KnownAttributes, NutateValueError, Textual, number, refusal
 from .events import History
 from .pictures import colour, symbol
 from .scenes import Scene
@@ -187,6 +187,7 @@ def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System]
     """
     scene: Optional[Scene] = None
     events: Sequence[tuple[str, float]] = ()
+    begin, start = number(begin, "begin"), None if start is None else number(start, "start")
     if isinstance(motion, (str, bytes, os.PathLike)):
         motion = Scene(motion, *overrides)
     if isinstance(motion, Scene):

@@ -9,7 +9,7 @@ from typing import Any, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, create, doubles, library, refusal
+from ._library import Array, create, doubles, library, number, refusal
 from ._owners import Owner
 from .systems import System
 
@@ -107,7 +107,7 @@ class Bodies(Owner):
         with in_place(q, (n, 4), "q") as attitudes, in_place(l, (n, 3), "l") as momenta:
             read = [of_shape(values, (n, 3), "torque", np.float64) for values in torque]
             numbers = None if class_of is None else of_shape(class_of, (n,), "class_of", np.intc)
-            self._call(name, n, None if numbers is None else numbers.ctypes.data, float(dt), attitudes.ctypes.data,
+            self._call(name, n, None if numbers is None else numbers.ctypes.data, number(dt, "dt"), attitudes.ctypes.data,
                        momenta.ctypes.data, *[values.ctypes.data for values in read])
 
 

@@ -11,7 +11,8 @@ from typing import Any, Callable, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, answer, check, doubles, encoded, library, pointer, refusal, text_of)
+from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, answer, check, doubles, encoded, library, number, pointer, refusal,
+                       text_of)
 from .attitudes import matrix_from_quat
 from .scenes import LABELS, take_history
 from .shapes import shape_of
@@ -53,8 +54,9 @@ def date(epoch: str, time_system: str, t: float) -> str:
     >>> nutate.date("2029-04-13T21:46:00", "UTC", 90)
     '2029-04-13T21:47:30'
     """
+    seconds = number(t, "t")
     try:
-        return text_of(library.nutate_date, encoded(epoch), encoded(time_system), float(t))
+        return text_of(library.nutate_date, encoded(epoch), encoded(time_system), seconds)
     except ValueError:
         raise wrong_epoch(epoch, time_system) from None
 
@@ -444,7 +446,7 @@ class Exchange(Columns):
         error = self._error_of(error)
         t, q, omega = self._attitudes(error, labels.get("space_frame", ""))
         check(*answer(library.nutate_write_aem, encoded(path), encoded(group("scene", **labels)), len(t), pointer(t), pointer(q),
-                      pointer(omega), encoded(version), float(error)))
+                      pointer(omega), encoded(version), error))
 
     def to_gltf(self, path: Textual, *, object: Optional[str] = None, speed: float = 1.0, error: Optional[float] = None) -> None:
         """Writes the moving body as glTF 2.0, for Blender and browsers: its shape, or the box with its inertia.
@@ -469,7 +471,7 @@ class Exchange(Columns):
         """
         facts = group("scene", object=self._named(object=object).get("object", "BODY")) + body_text(self.system)
         t, q, _ = self._attitudes(self._error_of(error))
-        check(*answer(library.nutate_write_gltf, encoded(path), encoded(facts), len(t), pointer(t), pointer(q), float(speed)))
+        check(*answer(library.nutate_write_gltf, encoded(path), encoded(facts), len(t), pointer(t), pointer(q), number(speed, "speed")))
 
     def to_spice_ck(self, path: Textual, *, epoch: Optional[str] = None, time_system: Optional[str] = None,
                     object: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
@@ -525,7 +527,7 @@ class Exchange(Columns):
     def _error_of(self, error: Optional[float]) -> float:
         """The attitude error between rows: the one given, else the usual one if the rows are the ends of steps, or 0."""
         if error is not None:
-            return error
+            return number(error, "error")
         return USUAL_ERROR if self._sol is not None and np.array_equal(self.t, self._sol._ends["t"]) else 0.0
 
     def _knows_axes(self) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, answer, doubles, interruptible, library, refusal
+from ._library import Array, answer, doubles, interruptible, library, number, refusal
 from .scenes import Scene
 from .sweeps import SceneOrPath, with_table
 
@@ -165,10 +165,12 @@ def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, Non
         raise refusal(f"rates is {rates!r} (expected 'absolute', or 'relative' about an equilibrium)")
     if isinstance(period, str) and period != "orbit":
         raise refusal('period is no time (expected seconds, "orbit" or None)')
-    if period is not None and period != "orbit" and not float(period) > 0:
-        raise refusal("period is out of its range (expected one above 0 s)")
+    if not isinstance(period, str) and period is not None:
+        period = number(period, "period")
+        if not period > 0:
+            raise refusal("period is out of its range (expected one above 0 s)")
     found = found_by(with_table(scene, overrides, None), library.nutate_scene_linearize,
-                     -1.0 if period == "orbit" else float(period or 0.0))
+                     -1.0 if isinstance(period, str) else period or 0.0)
     matrix = np.array(found["A"], float)
     if rates == "relative":
         # In place of the absolute rate the derivative of theta.

@@ -8,7 +8,7 @@ from typing import NamedTuple, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, doubles, encoded, pointer, refusal, vector
+from ._library import Array, doubles, encoded, number, pointer, refusal, vector
 from ._owners import Owner, Recipe
 
 
@@ -84,7 +84,7 @@ class WheelMounting(Recipe):
         >>> body.add("orbit", altitude=500e3)
         >>> body.add_earth_field(moment=(0, 0.02, 0.1), epoch_angle=0.7)
         """
-        self._add_earth_field(None if moment is None else vector(moment, 3, "moment").copy(), float(epoch_angle),
+        self._add_earth_field(None if moment is None else vector(moment, 3, "moment").copy(), number(epoch_angle, "epoch_angle"),
                               None if coefficients is None else vector(coefficients, 3, "coefficients").copy())
 
     def _add_earth_field(self, moment: Optional[Array], epoch_angle: float, coefficients: Optional[Array]) -> None:
@@ -118,7 +118,8 @@ class WheelMounting(Recipe):
         >>> nutate.solve(body, omega0=(0, 0, 0), t_span=(0, 2)).omega[-1].round(9).tolist()
         [0.0, 0.0, -0.08]
         """
-        self._add_force(vector(body_point, 3, "body_point").copy(), vector(force, 3, "force").copy(), axes, float(start), float(stop))
+        self._add_force(vector(body_point, 3, "body_point").copy(), vector(force, 3, "force").copy(), axes, number(start, "start"),
+                        number(stop, "stop"))
 
     def _add_force(self, body_point: Array, force: Array, axes: str, start: float, stop: float) -> None:
         self._call("nutate_system_add_force", pointer(body_point), pointer(force), encoded(axes), start, stop)
@@ -179,15 +180,16 @@ class WheelMounting(Recipe):
             raise refusal("frequency or phase without torque (expected torque)")
         if torque is None and table is None and (start, stop) != (-np.inf, np.inf):
             raise refusal("start or stop without torque or table (expected one of them)")
-        window, motor, lines = (float(start), float(stop)), None, None
+        window, motor, lines = (number(start, "start"), number(stop, "stop")), None, None
         if table is not None:
             times, torques = (doubles(column, "table").copy() for column in table)
             if times.ndim != 1 or torques.shape != times.shape:
                 raise refusal(f"the table has times of shape {times.shape} and torques of shape {torques.shape} (expected (n,) twice)")
             lines = (times, torques, interpolation, outside, *window)
-        given = (vector(axis, 3, "axis").copy(), float(inertia), float(speed), float(friction), float(torque_limit), float(speed_limit))
+        given = (vector(axis, 3, "axis").copy(), number(inertia, "inertia"), number(speed, "speed"), number(friction, "friction"),
+                 number(torque_limit, "torque_limit"), number(speed_limit, "speed_limit"))
         if torque is not None:
-            motor = (float(torque), float(frequency), float(phase), *window)
+            motor = (number(torque, "torque"), number(frequency, "frequency"), number(phase, "phase"), *window)
         self._add_wheel(given, motor, lines)
 
     def _add_wheel(self, given: tuple[Array, float, float, float, float, float], motor: Optional[tuple[float, ...]],
@@ -244,11 +246,11 @@ class SatelliteState(Owner):
             If there is no such wheel, or another motor or a controller drives it.
         """
         count = self._count("nutate_stepper_wheel_count")
-        number = operator.index(wheel)
-        if not -count <= number < count:
-            raise refusal(f"wheel {number} does not exist (expected 0 to {count - 1})" if count
+        index = operator.index(wheel)
+        if not -count <= index < count:
+            raise refusal(f"wheel {index} does not exist (expected 0 to {count - 1})" if count
                           else "the system has no wheels (expected add_wheel)")
-        self._call("nutate_stepper_set_motor", number % count + 1, float(torque))
+        self._call("nutate_stepper_set_motor", index % count + 1, number(torque, "torque"))
 
     @property
     def jacobi(self) -> float:

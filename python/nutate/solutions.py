@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._library import (Array, KnownAttributes, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, doubles, encoded,
-                       quaternion, refusal, vector)
+                       number, quaternion, refusal, vector)
 from .events import Event as Happened
 from .events import History
 from .exchange import Exchange
@@ -404,7 +404,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         method = None
     given = {"accuracy": accuracy, "method": method, "max_step": max_step, **settings}
     if "time_step" in given:
-        given["time_step"] = np.copysign(float(given["time_step"]), span[1] - span[0])
+        given["time_step"] = np.copysign(number(given["time_step"], "time_step"), span[1] - span[0])
     looked_for = [events] if callable(events) or isinstance(events, str) else list(events or ())
     times = None if t_eval is None else times_of(t_eval, span)
     rows_only = times is not None and not dense_output

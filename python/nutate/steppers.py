@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._library import (Array, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, doubles, encoded, interruptible, library,
-                       noted, pointer, quaternion, refusal, text_of, vector)
+                       noted, number, pointer, quaternion, refusal, refuse_units, text_of, vector)
 from ._owners import make_again
 from .attitudes import rotate_to_body
 from .events import Event, History, take_events
@@ -23,8 +23,9 @@ from .systems import System, group
 
 def setting(key: str, value: Any) -> str:
     """A value as a scene file writes it; numbers and booleans may be those of NumPy."""
+    refuse_units(value, key)
     if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
-        value = value.item()
+        value = (value if value.dtype.kind in "biuSU" else doubles(value, key)).item()
     if isinstance(value, bool):
         return ".true." if value else ".false."
     if isinstance(value, numbers.Integral):
@@ -190,7 +191,7 @@ class Stepper(SatelliteState):
         rates = vector(omega, 3, "omega")
         if frame == "space":
             rates = rotate_to_body(attitude, rates)
-        self._call("nutate_stepper_set_state", float(t), attitude.tobytes(), rates.tobytes())
+        self._call("nutate_stepper_set_state", number(t, "t"), attitude.tobytes(), rates.tobytes())
 
     def set_canonical(self, q: Any, p: npt.ArrayLike, t: float = 0.0) -> None:
         """Sets attitude and conjugate momentum without normalising them.
@@ -209,7 +210,7 @@ class Stepper(SatelliteState):
         NutateValueError
             If the norm of the quaternion differs from 1 by more than 1e-6, or a value is not finite.
         """
-        self._call("nutate_stepper_set_canonical", float(t), quaternion(q).tobytes(), vector(p, 4, "p").tobytes())
+        self._call("nutate_stepper_set_canonical", number(t, "t"), quaternion(q).tobytes(), vector(p, 4, "p").tobytes())
 
     def prepare(self) -> None:
         """Prepares the method and checks the settings together; otherwise the first step does.
@@ -247,9 +248,9 @@ class Stepper(SatelliteState):
         """
         # Without callbacks what _call does, line by line: looking the function up would take as long as a step.
         if self._callbacks._kept or not self._owned:
-            self._call("nutate_stepper_step", float(dt))
+            self._call("nutate_stepper_step", number(dt, "dt"))
             return
-        status = take_step(self._owned, float(dt))
+        status = take_step(self._owned, number(dt, "dt"))
         if status:
             check(status, text_of(library.nutate_last_message, self._owned))
 
@@ -268,7 +269,7 @@ class Stepper(SatelliteState):
         NutateError
             If a step fails; the state is that before it.
         """
-        status = interruptible(library.nutate_stepper_steps, self._handle, float(dt), operator.index(n), None)
+        status = interruptible(library.nutate_stepper_steps, self._handle, number(dt, "dt"), operator.index(n), None)
         self._conclude(status)
 
     def run(self, n: int, every: int = 1, initial: bool = False) -> dict[str, Array]:
@@ -358,7 +359,7 @@ class Stepper(SatelliteState):
         run = self._run
         if run is None or run.names is not self._names:
             run = self._run = RowRun(self._known_names())
-        run.plan(float(end_time), operator.index(every), float(interval), wanted)
+        run.plan(number(end_time, "end_time"), operator.index(every), number(interval, "interval"), wanted)
         status = interruptible(run_rows, self._owned or self._handle, run.address)
         history = run.take()
         if status or noted:
@@ -452,8 +453,8 @@ class Stepper(SatelliteState):
         >>> round(stepper.time, 5), stepper.events[0].name
         (0.96641, 'flip')
         """
-        keys = {"crosses": None if crosses is None else float(crosses), "extremum": extremum, "direction": direction,
-                "modulo": None if modulo is None else float(modulo), "stop": stop, "count": count, "switch": switch}
+        keys = {"crosses": None if crosses is None else number(crosses, "crosses"), "extremum": extremum, "direction": direction,
+                "modulo": None if modulo is None else number(modulo, "modulo"), "stop": stop, "count": count, "switch": switch}
         again = ((when, name), {**keys, "weights": weights})
         if callable(when):
             if weights is not None:
@@ -461,7 +462,7 @@ class Stepper(SatelliteState):
             of_function = group("event", name="event" if name is None else name, **keys)
             self._call("nutate_stepper_add_event", self._callbacks.quantity(when), None, encoded(of_function))
         else:
-            given = None if weights is None else [float(weight) for weight in np.atleast_1d(weights)]
+            given = None if weights is None else np.atleast_1d(doubles(weights, "weights"))
             self._call("nutate_stepper_add_events", encoded(group("event", name=name, when=when, weights=given, **keys)))
         self._events.append(again)
 
@@ -505,7 +506,7 @@ class Stepper(SatelliteState):
         [0.0, 0.0, 3.0]
         """
         q, omega = np.empty(4), np.empty(3)
-        self._call("nutate_stepper_state_at", float(t), pointer(q), pointer(omega))
+        self._call("nutate_stepper_state_at", number(t, "t"), pointer(q), pointer(omega))
         return q, omega
 
     def _dense_output(self, start: dict[str, float], dt: float, times: Array) -> dict[str, Array]:

@@ -7,7 +7,7 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, bounds_of, create, doubles, encoded, library, pointer, refusal, vector
+from ._library import Array, bounds_of, create, doubles, encoded, library, number, pointer, refusal, refuse_units, vector
 from ._owners import Recipe
 from .satellites import WheelMounting
 
@@ -17,6 +17,7 @@ def group(name: str, /, **values: Any) -> str:
 
     def text(value: Any, key: str) -> str:
         items: Any = value
+        refuse_units(value, key)
         if isinstance(value, str):
             return "'" + value.replace("'", "''") + "'"
         if isinstance(value, (bool, np.bool_)):
@@ -175,14 +176,14 @@ class System(UserEffects, WheelMounting):
             handle = create(library.nutate_scene_system, scene._handle)
         elif shape is not None:
             lengths = np.atleast_1d(doubles(() if size is None else size, "size"))
-            handle = create(library.nutate_system_create_shape, encoded(shape), pointer(lengths), lengths.size, float(mass),
-                            float(density), pointer(center))
+            handle = create(library.nutate_system_create_shape, encoded(shape), pointer(lengths), lengths.size, number(mass, "mass"),
+                            number(density, "density"), pointer(center))
         elif tensor is not None:
-            handle = create(library.nutate_system_create_tensor, pointer(tensor_entries(tensor)), float(mass),
+            handle = create(library.nutate_system_create_tensor, pointer(tensor_entries(tensor)), number(mass, "mass"),
                             pointer(center), bool(about_center))
         else:
-            handle = create(library.nutate_system_create_moments, pointer(vector([] if moments is None else moments, 3, "moments")), float(mass),
-                            pointer(center), bool(about_center))
+            handle = create(library.nutate_system_create_moments, pointer(vector([] if moments is None else moments, 3, "moments")),
+                            number(mass, "mass"), pointer(center), bool(about_center))
         super().__init__(handle, None if scene is None else scene._callbacks)
         self._note(moments=moments, tensor=tensor, shape=shape, size=size, text=text, scene=scene, mass=mass, density=density,
                    center_of_mass=center_of_mass, about_center=about_center)
