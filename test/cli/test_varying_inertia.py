@@ -118,12 +118,46 @@ class VaryingInertia(CommandLineTest):
     def test_columns_in_another_order_are_refused(self):
         for names in ("J22 (kg m2),J11 (kg m2),J33 (kg m2)", "z (kg m2),y (kg m2),x (kg m2)"):
             self.write("table.csv", TABLE.replace("J1 (kg m2),J2 (kg m2),J3 (kg m2)", names))
-            self.fail_with(2, "check", "boom.nml", says=("table.csv:1: the components are in another order (expected those of the axes",))
+            self.fail_with(2, "check", "boom.nml", says=("table.csv:1: the components are not in order (expected those of the axes",))
         six = "t (s),11 (kg m2),12 (kg m2),13 (kg m2),22 (kg m2),23 (kg m2),33 (kg m2)\n0,1,0,0,1,0,1\n6,1,0,0,1,0,1\n"
         self.write("table.csv", six)
         self.fail_with(2, "check", "boom.nml", says=("(expected 11, 22, 33, 12, 13, 23)",))
         self.write("table.csv", six.replace("12 (kg m2),13 (kg m2),22 (kg m2),23 (kg m2),33", "22 (kg m2),33 (kg m2),12 (kg m2),31 (kg m2),23"))
         self.fail_with(2, "check", "boom.nml", says=("not positive definite",))
+        self.write("table.csv", six.replace("11 (", "Ixx_cm (").replace("12 (", "Iyy_cm (").replace("13 (", "Izz_cm (").replace("22 (", "Ixy_cm (")
+                   .replace("23 (", "Iyz_cm (").replace("33 (", "Izx_cm ("))
+        self.fail_with(2, "check", "boom.nml", says=("(expected 11, 22, 33, 12, 13, 23)",))
+
+    def test_headers_of_torques_and_paths(self):
+        self.write("torque.nml", "&body inertia = 1, 2, 2.5 /\n&initial angular_velocity = 1, 0, 0 /\n&torque table = 't.csv' /\n"
+                   "&integrator time_step = 0.1, end_time = 1 /\n")
+        self.write("orbit.nml", "&body inertia = 1, 2, 2.5 /\n&initial angular_velocity = 1, 0, 0 /\n&orbit table = 'p.csv' /\n"
+                   "&integrator time_step = 0.1, end_time = 1 /\n&gravity_gradient /\n")
+
+        def check(scene, names, says, *options):
+            names = names.split(",")
+            self.write("t.csv", "t (s)," + ",".join(f"{name} (N m)" for name in names) + "\n0,1,2,3\n1,1,2,3\n")
+            self.write("p.csv", "t (s)," + ",".join(f"{name} (m)" for name in names) + "".join(f"\n{t},7e6,{7e3 * t},0" for t in range(4)) + "\n")
+            with self.subTest(names, scene=scene):
+                if says:
+                    self.fail_with(2, "check", scene, *options, says=(".csv:1: " + says,))
+                else:
+                    self.succeed("check", scene, *options)
+
+        order = "the components are not in order (expected those of the axes 1, 2, 3)"
+        for names in ("z_body,y_body,x_body", "z torque,y torque,x torque", "yaw,pitch,roll", "tau2,tau1,tau0", "Tz1,Ty1,Tx1", "T[3],T[2],T[1]",
+                      "x,y,y", "x,x,x", "x,z,w", "z.,y.,x."):
+            check("torque.nml", names, order)
+        for names in ("x_body,y_body,z_body", "roll,pitch,yaw", "roll,pitch,spin", "tau0,tau1,tau2", "T1x,T1y,T1z", ",,", "torque,torque,torque",
+                      "x in spacecraft axes,y in spacecraft axes,z in spacecraft axes", "body and not space x,y,z"):
+            check("torque.nml", names, "")
+        space = ("--set", "torque.axes=space")
+        for names in ("x_space,y_space,z_space", "tau_X_ECI,tau_Y_ECI,tau_Z_ECI", "inertial x,inertial y,inertial z", "x.lvlh,y.lvlh,z.lvlh"):
+            check("torque.nml", names, f"'{names.split(',')[0]}' names other axes (expected components along body axes)")
+            check("torque.nml", names, "", *space)
+        check("torque.nml", "x_body,y_body,z_body", "'x_body' names other axes (expected components along space axes)", *space)
+        check("orbit.nml", "x_ECEF,y_ECEF,z_ECEF", "'x_ECEF' names other axes (expected components along inertial axes)")
+        check("orbit.nml", "x_ECI,y_ECI,z_ECI", "")
 
     def test_a_sweep_of_rates(self):
         self.write("sweep.nml", RATE + "&ensemble members = 3, seed = 1 /\n"

@@ -12,6 +12,7 @@ module nutate_scene_table
    use nutate_printable, only: quoted
    use nutate_quick_number, only: read_quickly
    use nutate_scene_error, only: scene_error_t
+   use nutate_spelling, only: lower_case
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: check_table
    use nutate_third_degree, only: check_points
@@ -51,14 +52,14 @@ contains
       if (.not. group%has('table')) return
       select case (group%name)
       case ('orbit')
-         call read_table(group, 'table', path_units, folder, error, least=4)
+         call read_table(group, 'table', path_units, folder, error, least=4, frame='inertial')
       case ('third_degree')
-         call read_table(group, 'table', point_units, folder, error)
+         call read_table(group, 'table', point_units, folder, error, frame='body')
       case ('wheel')
          ! A wheel has one torque, about its axis.
          call read_table(group, 'table', torque_units(:2), folder, error)
       case default
-         call read_table(group, 'table', torque_units, folder, error)
+         call read_table(group, 'table', torque_units, folder, error, frame=group%text('axes', 'body'))
       end select
       if (error%raised) return
       associate (numbers => group%table%numbers)
@@ -87,7 +88,7 @@ contains
       if (group%has('inertia_table') .and. .not. allocated(group%table)) call read_inertia(group, folder, error)
       if (error%raised .or. .not. group%has('center_of_mass_table') .or. allocated(group%center_table)) return
       call move_alloc(group%table, inertia)
-      call read_table(group, 'center_of_mass_table', path_units(:4), folder, error)
+      call read_table(group, 'center_of_mass_table', path_units(:4), folder, error, frame='body')
       if (.not. error%raised) then
          associate (numbers => group%table%numbers)
             call make_tabulated_center(numbers(1, :), numbers(2:4, :), change, status, at, &
@@ -109,7 +110,7 @@ contains
       type(body_t) :: body
       type(status_t) :: status
       integer :: at, i
-      call read_table(group, 'inertia_table', inertia_units, folder, error, least=4)
+      call read_table(group, 'inertia_table', inertia_units, folder, error, least=4, frame='body')
       if (error%raised) return
       associate (numbers => group%table%numbers)
          call make_tabulated_inertia(numbers(1, :), numbers(2:, :), change, status, at, &
@@ -142,7 +143,7 @@ contains
 
    !> Reads the table that a group names by a given key. Raises an error, with file and line, for a table that cannot be
    !> read or has other columns.
-   subroutine read_table(group, key, units, folder, error, least)
+   subroutine read_table(group, key, units, folder, error, least, frame)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: key
       !> Units of the columns; shape (columns).
@@ -151,6 +152,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       !> Number of first columns that a table may have alone; default: it has all of them.
       integer, intent(in), optional :: least
+      !> Axes of the components: `body`, `space` or `inertial`; default: they have none.
+      character(len=*), intent(in), optional :: frame
       character(len=:), allocatable :: path, text
       integer :: columns
 
@@ -163,7 +166,7 @@ contains
       if (present(least)) then
          if (count_columns(text) == least) columns = least
       end if
-      call parse_table(text, path, units(:columns), group%table, error)
+      call parse_table(text, path, units(:columns), group%table, error, frame)
       if (.not. error%raised) group%table%checksum = checksum(text)
    end subroutine read_table
 
@@ -215,7 +218,7 @@ contains
    end function names_a_file
 
    !> Reads the numbers of a table. Raises an error at its first invalid line.
-   subroutine parse_table(text, path, units, table, error)
+   subroutine parse_table(text, path, units, table, error, frame)
       character(len=*), intent(in) :: text
       !> Name of the table in messages.
       character(len=*), intent(in) :: path
@@ -224,12 +227,14 @@ contains
       !> Table; its numbers have the shape (columns, lines without the header).
       type(table_t), intent(inout) :: table
       type(scene_error_t), intent(inout) :: error
+      !> Axes of the components: `body`, `space` or `inertial`; default: they have none.
+      character(len=*), intent(in), optional :: frame
       character(len=:), allocatable :: problem
       integer :: position, line
 
       allocate (table%numbers(size(units), count_lines(text) - 1))
       position = begin_of(text)
-      call read_header(text, position, units, problem)
+      call read_header(text, position, units, problem, frame)
       line = 1
       do while (problem == '' .and. line <= size(table%numbers, 2))
          line = line + 1
@@ -274,52 +279,142 @@ contains
    end function count_columns
 
    !> Reads the header row: names, each with its unit in brackets at the end.
-   subroutine read_header(text, position, units, problem)
+   subroutine read_header(text, position, units, problem, frame)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
       character(len=*), intent(in) :: units(:)
       !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
-      integer :: axes(size(units)), column, first, last
+      !> Axes of the components: `body`, `space` or `inertial`; default: they have none.
+      character(len=*), intent(in), optional :: frame
+      integer :: column, first(size(units)), last(size(units))
       logical :: ends
 
       problem = ''
       do column = 1, size(units)
-         call next_field(text, position, first, last, ends, problem)
+         call next_field(text, position, first(column), last(column), ends, problem)
          if (problem == '' .and. (ends .neqv. column == size(units))) &
             problem = 'the header has the wrong number of columns (expected '//header_of(units)//')'
          if (problem /= '') return
-         if (.not. has_unit(text(first:last), trim(units(column)))) then
-            problem = quoted(text(first:last))//' lacks the unit ('//trim(units(column))//') at its end '// &
-                      '(expected '//header_of(units)//')'
-            return
-         end if
-         axes(column) = axes_of(text(first:last - len_trim(units(column)) - 2))
+         associate (name => text(first(column):last(column)))
+            if (.not. has_unit(name, trim(units(column)))) then
+               problem = quoted(name)//' lacks the unit ('//trim(units(column))//') at its end '// &
+                         '(expected '//header_of(units)//')'
+               return
+            end if
+         end associate
+         last(column) = last(column) - len_trim(units(column)) - 2
+         last(column) = first(column) - 1 + len_trim(text(first(column):last(column)))
       end do
       if (size(units) < 4) return
       if (size(units) == 7 .and. units(2) == 'kg m2') then
-         if (in_another_order(axes(2:), [1, 2, 3, 12, 13, 23])) problem = '11, 22, 33, 12, 13, 23'
-      else if (in_another_order(axes(2:4), [1, 2, 3])) then
+         if (in_another_order(text, first(2:), last(2:), [1, 2, 3, 12, 13, 23])) problem = '11, 22, 33, 12, 13, 23'
+      else if (in_another_order(text, first(2:4), last(2:4), [1, 2, 3])) then
          problem = 'those of the axes 1, 2, 3'
       else if (size(units) == 7) then
-         if (in_another_order(axes(5:), [1, 2, 3])) problem = 'those of the axes 1, 2, 3'
+         if (in_another_order(text, first(5:), last(5:), [1, 2, 3])) problem = 'those of the axes 1, 2, 3'
       end if
-      if (problem /= '') problem = 'the components are in another order (expected '//problem//')'
+      if (problem /= '') problem = 'the components are not in order (expected '//problem//')'
+      if (problem == '' .and. present(frame)) call check_frame(text, first(2:), last(2:), frame, problem)
    end subroutine read_header
 
-   !> Returns the axes that the end of a name stands for: 1 to 3 for `x`, `Ty`, `J33`; 12, 13 or 23 for `Jxy`, `J31`;
-   !> 0 if there are none.
-   pure integer function axes_of(name) result(axes)
+   !> Rejects names that tell other axes, such as `x_eci` of components along body axes.
+   pure subroutine check_frame(text, first, last, frame, problem)
+      character(len=*), intent(in) :: text
+      !> Positions of the names.
+      integer, intent(in) :: first(:), last(:)
+      character(len=*), intent(in) :: frame
+      !> Error message; unchanged if there is none.
+      character(len=:), allocatable, intent(inout) :: problem
+      character(len=*), parameter :: word_letters = 'abcdefghijklmnopqrstuvwxyz0123456789'
+      !> Names of body axes, of inertial ones, and of others; `space` may be any of these two.
+      character(len=8), parameter :: words(12) = [character(len=8) :: 'body', 'space', 'inertial', 'eci', 'gcrf', 'icrf', &
+                                                  'j2000', 'eme2000', 'gcrs', 'lvlh', 'ecef', 'itrf']
+      logical :: is_right(size(words)), found(size(words), size(first))
+      character(len=:), allocatable :: rest
+      integer :: i, n
+      is_right(1) = frame == 'body'
+      is_right(2:9) = frame /= 'body'
+      is_right(10:) = frame == 'space'
+      found = .false.
+      do i = 1, size(first)
+         rest = lower_case(text(first(i):last(i)))
+         do while (scan(rest, word_letters) > 0)
+            rest = rest(scan(rest, word_letters):)
+            n = verify(rest//' ', word_letters) - 1
+            found(:, i) = found(:, i) .or. words == rest(:n)
+            rest = rest(n + 1:)
+         end do
+      end do
+      if (any(found .and. spread(is_right, 2, size(first)))) return
+      i = findloc(any(found, dim=1), .true., dim=1)
+      if (i > 0) problem = quoted(text(first(i):last(i)))//' names other axes (expected components along '//frame//' axes)'
+   end subroutine check_frame
+
+   !> Returns true if the names of columns tell another order of the axes than the expected one: all of them, each once,
+   !> or one by nothing but an axis.
+   pure logical function in_another_order(text, first, last, expected)
+      character(len=*), intent(in) :: text
+      !> Positions of the names.
+      integer, intent(in) :: first(:), last(:)
+      integer, intent(in) :: expected(:)
+      integer :: axes(size(first)), from(size(first)), to(size(first)), i
+      logical :: is_axis(size(first)), from_zero
+      from = first
+      to = last
+      call strip_common(text, from, to)
+      ! Numbers may begin at zero.
+      from_zero = any([(text(from(i):to(i)) == '0', i=1, size(first))])
+      do i = 1, size(first)
+         call find_axes(text(from(i):to(i)), axes(i), is_axis(i))
+         if (from_zero .and. scan(text(from(i):to(i)), '012') == 1) axes(i) = index('012', text(from(i):to(i)))
+      end do
+      in_another_order = any(axes /= expected) .and. all([(any(axes == expected(i)), i=1, size(expected))])
+      if (.not. in_another_order) in_another_order = any(is_axis .and. axes /= expected)
+   end function in_another_order
+
+   !> Moves the ends of names inwards over the letters that all have in common; none becomes empty.
+   pure subroutine strip_common(text, from, to)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: from(:), to(:)
+      do while (all(to > from))
+         if (.not. are_equal(text, from)) exit
+         from = from + 1
+      end do
+      do while (all(to > from))
+         if (.not. are_equal(text, to)) exit
+         to = to - 1
+      end do
+   end subroutine strip_common
+
+   !> Returns true if the letters at some positions are equal.
+   pure logical function are_equal(text, places)
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: places(:)
+      integer :: i
+      are_equal = all([(text(places(i):places(i)) == text(places(1):places(1)), i=2, size(places))])
+   end function are_equal
+
+   !> Finds the axes that the end of a name stands for: 1 to 3 for `x`, `Ty`, `J33`, `roll`; 12, 13 or 23 for `Jxy`,
+   !> `J31`; 0 if there are none.
+   pure subroutine find_axes(name, axes, is_axis)
       character(len=*), intent(in) :: name
+      integer, intent(out) :: axes
+      !> The name is that of an axis, and nothing else.
+      logical, intent(out) :: is_axis
       character(len=*), parameter :: letters = 'xyzXYZ', digits = '123'
+      character(len=5), parameter :: angles(3) = [character(len=5) :: 'roll', 'pitch', 'yaw']
       integer :: last, other
-      axes = 0
+      axes = findloc(angles == lower_case(name), .true., dim=1)
+      is_axis = axes > 0
       last = len_trim(name)
-      if (last == 0) return
+      if (last == 0 .or. is_axis) return
       axes = axis_of(name(last:last))
+      is_axis = last == 1 .and. axes > 0
       if (last == 1 .or. axes == 0) return
       if (index(letters, name(last:last)) > 0 .neqv. index(letters, name(last - 1:last - 1)) > 0) return
       other = axis_of(name(last - 1:last - 1))
+      is_axis = last == 2 .and. other > 0
       if (other > 0 .and. other /= axes) axes = 10*min(axes, other) + max(axes, other)
 
    contains
@@ -331,14 +426,7 @@ contains
          if (axis_of == 0 .and. index(letters, letter) > 0) axis_of = modulo(index(letters, letter) - 1, 3) + 1
       end function axis_of
 
-   end function axes_of
-
-   !> Returns true if the columns name all expected axes, each once, in another order.
-   pure logical function in_another_order(axes, expected)
-      integer, intent(in) :: axes(:), expected(:)
-      integer :: i
-      in_another_order = any(axes /= expected) .and. all([(any(axes == expected(i)), i=1, size(expected))])
-   end function in_another_order
+   end subroutine find_axes
 
    !> Returns the description of a valid header: of times, of a torque about an axis, of the components of a torque, of
    !> a path, of point masses, of an inertia.
