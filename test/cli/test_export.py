@@ -147,7 +147,15 @@ class Exports(CommandLineTest):
             self.assertGreater(worst, float(error) / 6)
         self.succeed("run", "tumbler.nml", "--quiet")
         self.fail_with(2, "export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "x.aem", "--error", "1e-6",
-                       says=("tumbler.csv: the rows are too far apart for an error of 1e-6 rad",))
+                       says=("tumbler.csv: the rows are too far apart for an error of 1e-6 rad", "rad, more than a tenth of it (expected"))
+        # The limit that the message names is the right one, and not far from the error that was rejected.
+        self.succeed("run", "tumbler.nml", "--quiet", "--set", "output.interval=0.02")
+        tight = ("export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "tight.aem", "--error")
+        says = self.fail_with(2, *tight, "1e-8").stderr
+        own, least = (float(re.search(words + r" (\S+) rad", says)[1]) for words in ("errs by", "an error from"))
+        self.assertLess(own, 1e-8)
+        self.assertAlmostEqual(least / own, 10, delta=0.2)
+        self.succeed(*tight, str(least))
 
     def test_degrees_and_histories_without_rates(self):
         whole = self.succeed("export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "-").stdout

@@ -54,8 +54,9 @@ contains
       own = error_between(rows)
       if (own > share*error) then
          problem = 'the rows are too far apart for an error of '//rounded_text(error, 3)// &
-                   ' rad: between them it is '//rounded_text(own, 3)// &
-                   ' rad (expected rows at shorter intervals, or ten times that error)'
+                   ' rad: what they tell of the motion between them errs by '//rounded_text(own, 3)// &
+                   ' rad, more than a tenth of it (expected rows at shorter intervals, or an error from '// &
+                   rounded_text(1.01_wp*own/share, 3)//' rad)'
          return
       end if
       allocate (t(1024))
