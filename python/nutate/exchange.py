@@ -25,6 +25,8 @@ INERTIAL = {"ICRF", "ICRF2", "ICRF3", "GCRF", "EME2000", "J2000", "ECLIPJ2000", 
 USUAL_ERROR = 1e-5
 # Largest turn between two chosen rows, rad; part of the error that is used at the quarters; more rows are a mistake.
 LARGEST_TURN, MARGIN, MOST_ROWS = 1.0, 0.9, 20_000_000
+# Rotation between two attitudes from which its sense is not known, rad, as src/base/nutate_limits.f90 has it.
+HALF_TURN = np.pi - 1e-6
 
 
 def date(epoch: str, time_system: str, t: float) -> str:
@@ -215,8 +217,8 @@ class AttitudeRows(Columns):
             first, last = step * self.omega[i], step * by_rate(turn, self.omega[i + 1])
             vector = s * (1 - s) ** 2 * first + s**2 * (3 - 2 * s) * turn - s**2 * (1 - s) * last
             rate = ((1 - s) * (1 - 3 * s) * first + 6 * s * (1 - s) * turn + s * (3 * s - 2) * last) / step
-        if np.any(angle >= np.pi):
-            raise refusal(f"records are half a turn or more apart {float(self.t[i][angle >= np.pi][0])!r} s after the first one (expected less)")
+        if np.any(angle >= HALF_TURN):
+            raise refusal(f"records are half a turn or more apart {float(self.t[i][angle >= HALF_TURN][0])!r} s after the first one (expected less)")
         # The sign of the quaternion does not jump at records.
         signs = np.cumprod(np.append(1.0, np.where(np.sum(self.q[1:] * self.q[:-1], axis=1) < 0, -1.0, 1.0)))
         q, omega = product(signs[i, None] * self.q[i], exponentials(vector)), to_rate(vector, rate)
@@ -563,7 +565,7 @@ class Exchange(Columns):
         order = np.argsort(t, kind="stable")
         t, q, omega = (np.ascontiguousarray(values[order], dtype=np.float64) for values in (t, q, omega))
         rates = np.linalg.norm(omega, axis=1)
-        far = np.flatnonzero(np.diff(t) * np.maximum(rates[:-1], rates[1:]) >= np.pi)
+        far = np.flatnonzero((np.diff(t) * np.maximum(rates[:-1], rates[1:]) >= np.pi) | (distances(q[:-1], q[1:]) >= HALF_TURN))
         if len(far):
             raise refusal(f"the body turns by half a turn or more from the row at t = {float(t[far[0]])!r} s to the next one "
                           "(expected rows closer together, or error=)")

@@ -3,14 +3,14 @@
 !> FORTRAN 77 and Python.
 module nutate_limits
    use nutate_finite, only: is_finite
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, pi
    implicit none
    private
 
    public :: greatest_number, least_number, least_size, greatest_length, least_length, greatest_step, least_step, &
       greatest_turn, most_steps, same_time, whole_tolerance, attitude_tolerance, manifold_tolerance, greatest_norm, &
       least_norm, least_momentum, greatest_power, least_power, most_rows, most_wheels, &
-      most_spheres, most_inner
+      most_spheres, most_inner, half_turn
    public :: is_moderate, is_direction, is_unit, is_step, is_same_time, is_countable, in_words
 
    !> Largest size of a number that is given, and of the momentum, energy and torque that follow: its square and the
@@ -46,6 +46,9 @@ module nutate_limits
    !> Tolerance for qᵀq = 1 and q·p over |p| = 0 of a state that methods without equations for them use without
    !> normalising it: a state after a step is far closer, one that was typed is not.
    real(wp), parameter :: manifold_tolerance = 1e-9_wp
+   !> Rotation from one attitude to the next from which its sense is not known, rad: half a turn, up to the rounding of
+   !> attitudes in files.
+   real(wp), parameter :: half_turn = pi - 1e-6_wp
    !> Range of |q| of a state in mid-run of the eight equations, which do not correct |q|: it grows if q·p is not zero,
    !> but steps do not change it by a factor of two.
    real(wp), parameter :: least_norm = 0.5_wp, greatest_norm = 2.0_wp

@@ -2,7 +2,8 @@
 !> does not act on the body.
 module nutate_moving_frame
    use nutate_attitude_between, only: cubic_between, shorter_log
-   use nutate_kinds, only: wp, pi
+   use nutate_kinds, only: wp
+   use nutate_limits, only: half_turn
    use nutate_quaternion, only: quat_conjugate, quat_exp, quat_norm, quat_normalized, quat_product, rotate_to_body
    implicit none
    private
@@ -59,7 +60,7 @@ contains
             angle = max(angle, h*rate)
          end if
          frame%fastest = max(frame%fastest, rate)
-         if (angle >= pi .and. far == 0) far = i - 1
+         if (angle >= half_turn .and. far == 0) far = i - 1
       end do
    end subroutine make_frame
 

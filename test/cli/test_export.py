@@ -82,6 +82,18 @@ class Exports(CommandLineTest):
                            says=("nutate: far.csv: the body turns by half a turn or more from one row to the next at t = 0 s",
                                  "(expected rows up to 0.5"))
 
+    def test_rows_half_a_turn_apart_are_rejected_without_rates(self):
+        # The second and third row are half a turn apart but for round-off, which has no sense.
+        s = 0.5**0.5
+        for rows in ("0,1,0,0,0\n1,0,0,1,0\n", f"0,1,0,0,0\n1,{s},{s},0,0\n2,{s},{-s},0,0\n", f"0,{s},{s},0,0\n1,{s - 1e-9},{-s},0,0\n",
+                     "0,1,0,0,0,0,0,1\n1,0,0,0,1,0,0,1\n"):
+            self.write("still.csv", "t,q0,q1,q2,q3" + ",omega1,omega2,omega3" * (rows.count(",") > 12) + "\n" + rows)
+            for kind in ("--aem", "--gltf"):
+                self.fail_with(2, "export", "still.csv", "--scene", "tumbler.nml", kind, "x.out",
+                               says=("still.csv: the body turns by half a turn or more from one row to the next at t = ", "s (expected rows closer together)"))
+        self.write("still.csv", "t,q0,q1,q2,q3\n0,1,0,0,0\n1,1e-5,1,0,0\n")
+        self.succeed("export", "still.csv", "--scene", "tumbler.nml", "--aem", "x.out")
+
     def test_aem_has_every_attitude_and_says_what_it_means(self):
         self.assertEqual(self.succeed("export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "a.aem").stdout, "")
         text = self.read("a.aem")

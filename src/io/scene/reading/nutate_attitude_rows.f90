@@ -5,7 +5,8 @@ module nutate_attitude_rows
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: quat_conjugate, quat_norm, quat_product, rotate_to_body
+   use nutate_limits, only: half_turn
+   use nutate_quaternion, only: attitude_distance, quat_conjugate, quat_norm, quat_product, rotate_to_body
    use nutate_scene_labels, only: labels_t
    implicit none
    private
@@ -94,20 +95,24 @@ contains
    end subroutine turn_rates
 
    !> Returns what is wrong with rows that are half a turn or more apart, between which no interpolation holds; empty
-   !> for others, and without rates, which alone show it.
+   !> for others. Without rates only half a turn shows.
    pure function gap_fault(rows) result(problem)
       type(attitude_rows_t), intent(in) :: rows
       character(len=:), allocatable :: problem
       real(wp) :: h, turn
       integer :: i
       problem = ''
-      if (.not. allocated(rows%omega)) return
       do i = 1, rows%count() - 1
          h = rows%t(i + 1) - rows%t(i)
-         turn = h*max(norm2(rows%omega(:, i)), norm2(rows%omega(:, i + 1)))
-         if (.not. turn >= pi) cycle
-         problem = 'the body turns by half a turn or more from one row to the next at t = '// &
-                   rounded_text(rows%t(i), 6)//' s (expected rows up to '//rounded_text(pi*h/turn, 3)//' s apart)'
+         turn = 0.0_wp
+         if (allocated(rows%omega)) turn = h*max(norm2(rows%omega(:, i)), norm2(rows%omega(:, i + 1)))
+         if (turn < pi .and. attitude_distance(rows%q(:, i), rows%q(:, i + 1)) < half_turn) cycle
+         problem = 'the body turns by half a turn or more from one row to the next at t = '//rounded_text(rows%t(i), 6)
+         if (turn < pi) then
+            problem = problem//' s (expected rows closer together)'
+         else
+            problem = problem//' s (expected rows up to '//rounded_text(pi*h/turn, 3)//' s apart)'
+         end if
          return
       end do
    end function gap_fault
