@@ -3,7 +3,7 @@ module nutate_fit_command
    use nutate_cli, only: command_t
    use nutate_console, only: count_text, page_t, report_file, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SUCCESS
    use nutate_decimal, only: exact_text
-   use nutate_outputs, only: close_file, outputs_t, picture_kind, write_whole, FITTED, RESIDUALS
+   use nutate_outputs, only: check_writable, close_file, outputs_t, picture_kind, write_whole, FITTED, RESIDUALS
    use nutate_files, only: output_file_t, STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_fit, only: fit_scene, fit_t
    use nutate_fit_plan, only: ATTITUDES
@@ -98,6 +98,8 @@ contains
       csv = scene%name//'.residuals.csv'
       if (allocated(command%csv)) csv = command%csv
       call check_names(command, scene, fitted, csv, exit_code)
+      if (exit_code == EXIT_SUCCESS) call check_writable(fitted, exit_code)
+      if (exit_code == EXIT_SUCCESS) call check_writable(csv, exit_code)
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) call open_picture(command%plot, picture, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       scene%plan%max_steps = command%max_steps

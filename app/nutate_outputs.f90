@@ -14,7 +14,7 @@ module nutate_outputs
    implicit none
    private
 
-   public :: close_file, discard_file, write_whole
+   public :: check_writable, close_file, discard_file, write_whole
    public :: outputs_t, EVENTS, HISTORY, ROWS, ROWS_AS_CSV, MEANS, COSTS, PAGE, CHECKPOINT, LISTING, &
              AEM, GLTF, RESIDUALS, FITTED, LINEARIZATION, picture_kind
 
@@ -107,6 +107,20 @@ contains
          call discard_file(file)
       end if
    end subroutine close_file
+
+   !> Reports a file that cannot be written, before the work is done whose result it gets.
+   subroutine check_writable(name, exit_code)
+      !> Path, or `-` for standard output.
+      character(len=*), intent(in) :: name
+      !> Exit code, changed if there is a problem.
+      integer, intent(inout) :: exit_code
+      type(output_file_t) :: file
+      type(status_t) :: status
+      if (.not. goes_to_file(name)) return
+      call file%open(name, status)
+      call report_file(name, status, exit_code)
+      if (status%ok()) call discard_file(file)
+   end subroutine check_writable
 
    !> Writes a file that consists of one text, and reports it if that fails.
    subroutine write_whole(text, name, exit_code)

@@ -312,6 +312,12 @@ class Fit(CommandLineTest):
         for text in ("gyro.csv, and the model", "residuals (standard deviations)", "Ω3"):
             self.assertIn(text, picture)
 
+    def test_files_that_cannot_be_written_are_rejected_before_the_fit(self):
+        for options in (("--output", "no/x.fit.nml"), ("--csv", "no/x.csv"), ("--csv", "no/x.csv", "--output", "-")):
+            done = self.fail_with(4, "fit", "gyro.nml", *options, says=["cannot write no/x"])
+            self.assertEqual(done.stdout, "")
+        self.assertEqual([name for name in self.names() if "fit" in name or "residual" in name or "partial" in name], [])
+
     def test_refusals(self):
         self.fail_with(2, "fit", "box.nml", says=["there is nothing to fit (expected &free and &measurement)"])
         self.fail_with(2, "fit", "gyro.nml", "--set", "integrator.formulation=full", "--set", "integrator.projection=.false.",
