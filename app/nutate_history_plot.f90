@@ -10,6 +10,7 @@ module nutate_history_plot
    use nutate_number_text, only: read_real
    use nutate_plot_panels, only: is_wrapped, label_of_column, panel_t, panels_of, symbol_of
    use nutate_printable, only: printable_path, quoted
+   use nutate_run_watcher, only: caught_signal, signal_name
    use nutate_scene_table, only: begin_of, next_field
    use nutate_status, only: status_t
    use nutate_system_text, only: error_text
@@ -192,6 +193,7 @@ contains
          read (unit, '(a)', iostat=iostat) line
          if (iostat == 0) call read_row(trim(line), places, fields, values(row, :), problem)
          if (iostat /= 0) problem = 'cannot be read'
+         if (caught_signal() /= 0) problem = 'stopped by '//signal_name()
          if (problem == '') cycle
          problem = printable_path(path)//':'//count_text(row + 1_long)//': '//problem
          return

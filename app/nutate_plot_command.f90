@@ -2,7 +2,7 @@
 module nutate_plot_command
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
-   use nutate_console, only: report_file, say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_SUCCESS
+   use nutate_console, only: report_file, say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_SIGNAL, EXIT_SUCCESS
    use nutate_decimal, only: rounded_text
    use nutate_free_variations, only: usual_sets
    use nutate_gnuplot, only: gnuplot_is_here, is_picture, picture_t
@@ -14,7 +14,7 @@ module nutate_plot_command
    use nutate_printable, only: printable_path, quoted
    use nutate_quaternion, only: quat_normalized, rotate_to_space
    use nutate_run, only: run_record_t, run_t
-   use nutate_run_watcher, only: stop_watcher_t
+   use nutate_run_watcher, only: caught_signal, stop_watcher_t, watch_signals
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene, propagate_free_parameters
    use nutate_spelling, only: comma_list, nearest_name, split_list
@@ -86,10 +86,13 @@ contains
       call files%read_file(command%scene, 'the history itself')
       call files%add(name, picture_kind(name))
       call files%report(exit_code)
+      ! A signal ends the command when the files are whole or removed.
+      if (exit_code == EXIT_SUCCESS) call watch_signals()
       if (exit_code == EXIT_SUCCESS) call open_picture(name, picture, exit_code)
       if (exit_code == EXIT_SUCCESS) call draw_file(command, command%scene, name, printable_path(command%scene), &
                                                     picture, exit_code)
       if (exit_code == EXIT_SUCCESS) call note_sparse_rows(command%scene)
+      if (caught_signal() /= 0) exit_code = EXIT_SIGNAL + caught_signal()
    end subroutine plot_command
 
    !> Finds the rotation of the body between the rows of a history that has the angular velocity.

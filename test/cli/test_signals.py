@@ -180,6 +180,19 @@ class OtherCommands(SignalTest):
         run.send_signal(signal.SIGTERM)
         self.ends_by(run, signal.SIGTERM, ["box.nml: stopped by SIGTERM"])
 
+    def test_a_plot_leaves_no_partial_files(self):
+        self.succeed("run", "box.nml", "--quiet")
+        os.mkdir(self.path("bin"))
+        # It draws when it is told to.
+        self.write("bin/gnuplot", '#!/bin/sh\necho >waits\nwhile [ ! -e go ]; do sleep 0.01; done\necho "<svg></svg>" >"$3"\n')
+        os.chmod(self.path("bin/gnuplot"), 0o700)
+        plot = self.start("plot", "box.csv", env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
+        wait_until(lambda: os.path.exists(self.path("waits")))
+        plot.send_signal(signal.SIGTERM)
+        self.write("go", "")
+        self.assertEqual(plot.wait(timeout=PATIENCE), -signal.SIGTERM)
+        self.assertEqual([name for name in self.names() if "partial" in name], [])
+
     def test_a_cost_study_shows_what_it_has(self):
         self.write("kept.csv", "method,order,\n")
         run = self.start("cost", "top.nml", "--evaluations", "200000000", "--csv", "kept.csv", "--set", "integrator.end_time=1e7")
