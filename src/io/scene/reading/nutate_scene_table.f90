@@ -328,8 +328,8 @@ contains
       character(len=:), allocatable, intent(inout) :: problem
       character(len=*), parameter :: word_letters = 'abcdefghijklmnopqrstuvwxyz0123456789'
       !> Names of body axes, of inertial ones, and of others; `space` may be any of these two.
-      character(len=8), parameter :: words(12) = [character(len=8) :: 'body', 'space', 'inertial', 'eci', 'gcrf', 'icrf', &
-                                                  'j2000', 'eme2000', 'gcrs', 'lvlh', 'ecef', 'itrf']
+      character(len=8), parameter :: words(12) = [character(len=8) :: 'body', 'space', 'inertial', 'eci', 'gcrf', &
+                                                  'icrf', 'j2000', 'eme2000', 'gcrs', 'lvlh', 'ecef', 'itrf']
       logical :: is_right(size(words)), found(size(words), size(first))
       character(len=:), allocatable :: rest
       integer :: i, n
@@ -348,7 +348,8 @@ contains
       end do
       if (any(found .and. spread(is_right, 2, size(first)))) return
       i = findloc(any(found, dim=1), .true., dim=1)
-      if (i > 0) problem = quoted(text(first(i):last(i)))//' names other axes (expected components along '//frame//' axes)'
+      if (i > 0) problem = quoted(text(first(i):last(i)))//' names other axes (expected components along '// &
+                           frame//' axes)'
    end subroutine check_frame
 
    !> Returns true if the names of columns tell another order of the axes than the expected one: all of them, each once,
