@@ -1,0 +1,83 @@
+"""Numbers with a unit, where plain ones are expected."""
+import os
+import unittest
+
+import numpy as np
+
+import nutate
+from test_nutate import BOX, make_box
+
+
+class QuantityTest(unittest.TestCase):
+    def refuse(self, pattern, use, value):
+        with self.assertRaisesRegex(nutate.NutateValueError, pattern):
+            use(value)
+
+    def test_numbers_with_units(self):
+        """As those of unyt and of pint, which `float` and lists turn into numbers."""
+        class Quantity(np.ndarray):
+            units = "ms"
+
+        class Measure:
+            units = "deg"
+
+            def __float__(self):
+                return 1.0
+
+        box, scene = nutate.System(moments=(5, 20, 17)), nutate.Scene(BOX)
+        wheels = nutate.System(moments=(5, 20, 17))
+        wheels.add_wheel((0, 0, 1), 0.01)
+        orbit = nutate.System(moments=(5, 20, 17))
+        orbit.add("orbit", altitude=500e3)
+        solution = nutate.solve(scene)
+        wheel = {name: lambda one, name=name: box.add_wheel(**{"axis": (0, 0, 1), "inertia": 1, "torque": 1, name: one})
+                 for name in ("inertia", "speed", "friction", "torque_limit", "speed_limit", "torque", "frequency", "phase", "start", "stop")}
+        q, l, still = np.eye(4)[:1].copy(), np.ones((1, 3)), np.zeros((1, 3))
+        uses = {
+            **wheel,
+            "mass": lambda one: nutate.System(shape="box", size=(4, 1, 2), mass=one),
+            "density": lambda one: nutate.System(shape="box", size=(4, 1, 2), density=one),
+            "mass of moments": lambda one: nutate.System(moments=(5, 20, 17), mass=one),
+            "mass of tensor": lambda one: nutate.System(tensor=(5, 20, 17, 0, 0, 0), mass=one),
+            "time_step": lambda one: make_box().set(time_step=one),
+            "accuracy": lambda one: nutate.Stepper(box, accuracy=one),
+            "max_step": lambda one: nutate.solve(box, omega0=(0, 0, 1), t_span=(0, 1), max_step=one),
+            "time_step of solve": lambda one: nutate.solve(box, omega0=(0, 0, 1), t_span=(0, 1), time_step=one),
+            "t": lambda one: make_box().set_state((1, 0, 0, 0), (0, 0, 1), t=one),
+            "t of set_canonical": lambda one: make_box().set_canonical((1, 0, 0, 0), (0, 0, 0, 1), t=one),
+            "dt": lambda one: make_box().step(one),
+            "dt of steps": lambda one: make_box().steps(one, 3),
+            "end_time": lambda one: make_box().run_to(one),
+            "interval": lambda one: make_box().run_to(0.1, interval=one),
+            "t of state_at": lambda one: make_box().state_at(one),
+            "crosses": lambda one: make_box().add_event("omega3", crosses=one),
+            "modulo": lambda one: make_box().add_event("psi", crosses=0, modulo=one),
+            "torque of a motor": lambda one: nutate.Stepper(wheels).set_motor(0, one),
+            "start of a force": lambda one: box.add_force((0, 0, 1), (1, 0, 0), start=one),
+            "epoch_angle": lambda one: orbit.add_earth_field(epoch_angle=one),
+            "dt of bodies": lambda one: nutate.Bodies(box).step(one, q, l, still),
+            "period": lambda one: nutate.linearize(scene, period=one),
+            "date": lambda one: nutate.date("2029-04-13", "TT", one),
+            "speed of an animation": lambda one: solution.to_gltf(os.devnull, speed=one),
+            "error": lambda one: solution.to_gltf(os.devnull, error=one),
+            "start of an animation": lambda one: solution.view(start=one),
+            "key": lambda one: box.add("damping", coefficient=(0, 0, one)),
+            "moments": lambda one: nutate.System(moments=(1, one, 1)),
+            "tensor": lambda one: nutate.System(tensor=[[one, 0, 0], [0, 1, 0], [0, 0, 1]]),
+            "omega0": lambda one: nutate.solve(box, omega0=[0, 0, one], t_span=(0, 1)),
+            "t_span": lambda one: nutate.solve(box, omega0=(0, 0, 1), t_span=(0, one)),
+            "object": lambda one: nutate.solve(box, omega0=(0, 0, 1), t_span=np.array([0, one], dtype=object)),
+            "column": lambda one: nutate.sweep(scene, table={"integrator.end_time": [0.1, one]}),
+            "weights": lambda one: make_box().add_event(["omega1", "omega3"], crosses=0, weights=[1, one]),
+        }
+        for name, use in uses.items():
+            for quantity in (np.array(1.0).view(Quantity), Measure()):
+                with self.subTest(use=name, quantity=type(quantity).__name__):
+                    self.refuse("has a unit", use, quantity)
+        for kind, one in (("complex", np.complex128(1 + 1j)), ("calendar", np.timedelta64(1, "ns")), ("masked", np.ma.masked)):
+            for use in (uses["t"], uses["time_step"], uses["omega0"]):
+                self.refuse(kind + " values", use, one)
+
+
+if __name__ == "__main__":
+    unittest.main()
