@@ -451,6 +451,7 @@ contains
       call self%half%transfer(archive)
       if (allocated(self%whole)) call self%whole%transfer(archive)
       if (allocated(self%branch)) call self%branch%transfer(archive)
+      if (allocated(self%probe)) call self%probe%transfer(archive)
       call archive%transfer(self%momentum_scale)
       call archive%transfer(self%length%next)
       call archive%transfer(self%longest)

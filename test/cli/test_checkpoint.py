@@ -169,6 +169,14 @@ class Resumed(CheckpointTest):
             self.resumes_exactly(scene, (4,), *method_settings(*method), "--set", "output.interval=0.007")
             self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"), method)
 
+    def test_a_limit_of_speed_with_projected_steps(self):
+        """The steps that look for the limit are projected like the others."""
+        self.write("wheel.nml", "&body inertia = 1.0, 1.2, 1.4 /\n&initial angular_velocity = 0.3, 1.2, 0.5 /\n"
+                   "&wheel axis = 1.0, 0.3, 0.2, inertia = 0.1, speed = 1.0, speed_limit = 1.5, torque = 0.1, friction = 0.02 /\n"
+                   "&integrator conserve = .true., local_tolerance = 1e-10, end_time = 3.0 /\n&output columns = 'wheel1', interval = 0.1 /\n")
+        for method in EXPLICIT:
+            self.resumes_exactly("wheel.nml", (4, 5, 9, 14), *method_settings(*method))
+
     def test_events_that_cannot_happen_for_many_steps(self):
         """A torque drives a rate to its value: until near there nothing is looked for."""
         self.write("drive.nml", FORCED.replace("&gravity /", "").replace("anchor = 1.0, 1.0, 0.0, stiffness = 30.0",
