@@ -40,8 +40,14 @@ module nutate_history_plot
    integer, parameter :: panel_height = 150, top = 50, bottom = 60
    !> Longest title, bytes, that fits into a line with the titles of the panels.
    integer, parameter :: longest_title = 105
+   !> Significant digits of drawn values; those of times are all kept.
+   integer, parameter :: digits = 11
+   !> Extent of a panel relative to its values, and in its unit, up to which it is drawn as constant.
+   real(wp), parameter :: same = 1e-9_wp, least_span = 1e-280_wp
    !> Extent of a panel below which angles are not magnified, rad.
    real(wp), parameter :: least_angle = 0.1_wp
+   !> Width of a letter in a legend, as a fraction of the width of the picture.
+   real(wp), parameter :: width_of_a_letter = 0.0095_wp
    !> Width of a line as a fraction of the height of a panel.
    real(wp), parameter :: width_of_a_line = 0.012_wp
 
@@ -246,16 +252,17 @@ contains
       panels = panels_of(history%names)
       height = real(top + bottom + panel_height*size(panels), wp)
       call picture%begin(900, nint(height))
-      call picture%put('set lmargin at screen 0.11; set rmargin at screen 0.81; set tics font '',12''')
+      call picture%put('set lmargin at screen 0.11; set rmargin at screen '// &
+                       rounded_text(right_edge(history%names), 4)//'; set tics font '',12''')
       call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 2 font '',14''')
-      call picture%put('set format y ''%.6g''; set xrange ['//extent(history%values(:, 1))//']')
+      call picture%put('set xrange ['//extent(history%values(:, 1))//']')
       call picture%put('set multiplot title '//gnuplot_quoted(title//contents_of(title, panels))//' noenhanced')
       do i = 1, size(panels)
          call add_data(picture, history, panels(i))
          upper = 1 - (top + 20 + panel_height*(i - 1))/height
          call picture%put('set tmargin at screen '//rounded_text(upper, 4)//'; set bmargin at screen '// &
                           rounded_text(upper - (panel_height - 40)/height, 4))
-         if (i == size(panels)) call picture%put('set xlabel ''t (s)''; set format x ''%g''')
+         if (i == size(panels)) call picture%put('set xlabel ''t (s)''; set format x ''%.12g''')
          if (i < size(panels)) call picture%put('set format x ''''')
          call put_range(picture, panels(i)%label, history%values(:, panels(i)%columns))
          ! The label is above its panel, where the axis has no numbers.
@@ -266,6 +273,14 @@ contains
       call picture%put('unset multiplot')
       call picture%draw(status)
    end subroutine draw_history
+
+   !> Returns the right end of the panels, as a fraction of the width, so that the longest symbol fits beside them.
+   pure real(wp) function right_edge(names)
+      !> Names of the columns, `t` first.
+      character(len=*), intent(in) :: names(:)
+      integer :: i
+      right_edge = 0.81_wp - width_of_a_letter*max(0, maxval([(len(symbol_of(trim(names(i)))), i=2, size(names))]) - 13)
+   end function right_edge
 
    !> Returns the titles of the panels, to be added to the title of the picture; empty if they do not fit into its line.
    pure function contents_of(title, panels) result(text)
@@ -289,19 +304,28 @@ contains
       character(len=*), intent(in) :: label
       !> Values of the panel; shape (rows, curves).
       real(wp), intent(in) :: values(:, :)
-      real(wp) :: least, middle, ends(2)
+      real(wp) :: least, ends(2), largest, half, span
       least = 0.0_wp
       if (index(label, '(rad)') > 0) least = least_angle
       if (index(label, '(°)') > 0) least = least_angle*180/pi
       ends = [minval(values), maxval(values)]
-      if (ends(2) - ends(1) < least .and. ends(2) - ends(1) < 0.1_wp*maxval(abs(ends))) then
-         middle = sum(ends)/2
-         ends = middle + [-least/2, least/2]
-         call picture%put('set yrange ['//rounded_text(ends(1), 7)//':'//rounded_text(ends(2), 7)//']')
+      largest = maxval(abs(ends))
+      span = ends(2) - ends(1)
+      half = 0.0_wp
+      if (span < least .and. span < 0.1_wp*largest) then
+         half = least/2
+      else if (span <= same*largest .or. span < least_span) then
+         half = merge(1.0_wp, 0.01_wp*largest, largest < least_span)
+      end if
+      if (half > 0.0_wp) then
+         ends = sum(ends)/2 + [-half, half]
+         call picture%put('set yrange ['//rounded_text(ends(1), 16)//':'//rounded_text(ends(2), 16)//']')
       else
          call picture%put('set yrange [*:*] noextend; set offsets 0, 0, graph 0.04, graph 0.04')
       end if
-      call picture%put('set ytics '//rounded_text(tick(reshape(ends, [2, 1])), 2))
+      span = tick(reshape(ends, [2, 1]))
+      call picture%put('set ytics '//rounded_text(span, 2)//'; set format y ''%.'// &
+                       count_text(max(6, 2 + floor(log10(maxval(abs(ends))/span))))//'g''')
    end subroutine put_range
 
    !> Draws one column against another. Errors: `NUTATE_IO`; no file is left then.
@@ -322,7 +346,7 @@ contains
       if (is_path) labels = [character(len=96) :: 'x (space axes)', 'y (space axes)']
       call picture%begin(720, 720)
       call picture%put('set title '//gnuplot_quoted(title)//' noenhanced offset 0, 1')
-      call picture%put('set format ''%.6g''; set tics font '',12''')
+      call picture%put('set format ''%.10g''; set tics font '',12''')
       do i = 1, 2
          call picture%put('set '//achar(iachar('x') + i - 1)//'label '//gnuplot_quoted(trim(labels(i))))
       end do
@@ -335,12 +359,14 @@ contains
          if (i > 1) then
             if (any(abs(history%values(i, 2:) - history%values(i - 1, 2:)) > jumps)) call picture%put('')
          end if
-         call picture%put(rounded_text(history%values(i, 2), 7)//' '//rounded_text(history%values(i, 3), 7))
+         call picture%put(rounded_text(history%values(i, 2), digits)//' '// &
+                         rounded_text(history%values(i, 3), digits))
       end do
       call picture%put('EOD')
       call picture%put('$e << EOD')
       do i = 1, size(history%values, 1), max(size(history%values, 1) - 1, 1)
-         call picture%put(rounded_text(history%values(i, 2), 7)//' '//rounded_text(history%values(i, 3), 7))
+         call picture%put(rounded_text(history%values(i, 2), digits)//' '// &
+                         rounded_text(history%values(i, 3), digits))
       end do
       call picture%put('EOD')
       call picture%put('plot $c using 1:2 with lines linewidth 1.4 linecolor rgb ''#0b3c5d'' notitle, '// &
@@ -383,7 +409,7 @@ contains
       !> Times, s.
       real(wp), intent(in) :: t(:)
       character(len=:), allocatable :: text
-      text = rounded_text(minval(t), 9)//':'//rounded_text(maxval(t), 9)
+      text = rounded_text(minval(t), 16)//':'//rounded_text(maxval(t), 16)
    end function extent
 
    !> Returns the distance of the numbers of an axis: 1, 2 or 5 times a power of ten, about a quarter of the span of the
@@ -395,7 +421,8 @@ contains
       ! gnuplot widens a range without extent in the same way.
       if (span <= 0.0_wp) span = merge(2.0_wp, 0.02_wp*abs(maxval(values)), abs(maxval(values)) <= 0.0_wp)
       power = 10.0_wp**floor(log10(span/4))
-      tick = power*merge(merge(2, 5, span/power <= 8), 10, span/power <= 20)
+      ! Two multiples of the distance at least lie within the span.
+      tick = power*merge(merge(2, 5, span/power < 9.9_wp), 10, span/power <= 20)
    end function tick
 
    !> Returns the curves of a panel, for the command `plot` of gnuplot. A curve that coincides with others is dashed, so
@@ -466,7 +493,7 @@ contains
          do e = 1, merge(1, 2, ends(1) == ends(2))
             if (abs(y(ends(e)) - before) > jump) call picture%put('')
             before = y(ends(e))
-            call picture%put(rounded_text(t(ends(e)), 9)//' '//rounded_text(before, 7))
+            call picture%put(rounded_text(t(ends(e)), 16)//' '//rounded_text(before, digits))
          end do
       end do
    end subroutine add_points

@@ -28,6 +28,8 @@ module nutate_plot_command
    !> Columns of the angular velocity in body axes.
    character(len=name_length), parameter :: rates(6) = [character(len=name_length) :: &
       'omega1', 'omega2', 'omega3', 'omega1_deg', 'omega2_deg', 'omega3_deg']
+   !> Greatest value that is drawn.
+   real(wp), parameter :: greatest = 1e100_wp
    !> Rotation between rows from which the title names it, rad: straight lines between the points then show.
    real(wp), parameter :: sparse = 1.0_wp
 
@@ -180,7 +182,7 @@ contains
       end if
       shown = title
       if (command%path /= 0) shown = title//': path of body axis '//axis_name(command%path)//', from above'
-      if (allocated(command%title)) shown = command%title
+      if (allocated(command%title)) shown = printable_path(command%title)
       if (.not. present(sampled)) shown = shown//sparse_text(file)
       is_plane = command%path /= 0 .or. allocated(command%xy)
       if (is_plane) then
@@ -240,6 +242,12 @@ contains
          return
       end if
       call take(history, [character(len=name_length) :: 't', wanted])
+      if (.not. all(abs(history%values) <= greatest)) then
+         problem = printable_path(file)//': a value is too large to plot (expected up to 1e100 in size)'
+      else if (.not. allocated(command%xy) .and. maxval(history%values(:, 1)) <= minval(history%values(:, 1))) then
+         problem = printable_path(file)//': all rows have the same t (expected rows at different times)'
+      end if
+      if (problem /= '') return
       if (command%path /= 0) then
          call find_path(history, command%path)
       else if (.not. allocated(command%xy)) then

@@ -2,7 +2,7 @@
 module nutate_plot_panels
    use nutate_effect_list, only: effect_list_t
    use nutate_motion_quantities, only: Q_CONJUGATE_MOMENTUM, Q_EULER, Q_QUATERNION
-   use nutate_quantities, only: component_of, find_missing, numbered, quantities, set_of
+   use nutate_quantities, only: component_of, find_missing, find_quantity, numbered, quantities, set_of
    use nutate_quantity, only: quantity_t, component_colours, GREY
    use nutate_spelling, only: escaped, split_list
    implicit none
@@ -54,7 +54,8 @@ contains
       character(len=*), intent(in) :: colour
       type(panel_t), allocatable :: longer(:)
       character(len=7) :: drawn
-      integer :: place
+      logical :: is_used(size(others))
+      integer :: place, i
       place = findloc(panels%label == label, .true., dim=1)
       if (place == 0) then
          allocate (longer(size(panels) + 1))
@@ -66,6 +67,9 @@ contains
       end if
       drawn = colour
       if (drawn == '') drawn = component_colour(numerator(base_name(name)), size(panels(place)%columns))
+      ! Names of effects end as they like: energy_gravity and energy_spring2 would have the colour of component 2.
+      is_used = [(any(panels(place)%colours == others(i)), i=1, size(others))]
+      if (any(panels(place)%colours == drawn) .and. .not. all(is_used)) drawn = others(findloc(is_used, .false., dim=1))
       panels(place)%columns = [panels(place)%columns, column]
       panels(place)%colours = [panels(place)%colours, drawn]
    end subroutine add_curve
@@ -107,6 +111,8 @@ contains
          shows = component_of(quantity, base_name(name)) > 0
       else
          shows = matches(trim(quantity%pattern), base_name(name))
+         ! energy_ratio is no energy of an effect.
+         if (shows) shows = find_quantity(base_name(name)) == 0
       end if
    end function shows
 
@@ -199,7 +205,8 @@ contains
       at = position_of(name)
       is_wrapped = .false.
       ! Histories follow Euler angles continuously.
-      if (at > 0) is_wrapped = quantities(at)%is_periodic .and. quantities(at)%kind /= Q_EULER
+      if (at > 0) is_wrapped = quantities(at)%is_periodic .and. .not. quantities(at)%is_continuous .and. &
+                               quantities(at)%kind /= Q_EULER
    end function is_wrapped
 
    !> Returns true if a pattern matches a name.

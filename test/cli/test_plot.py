@@ -41,6 +41,12 @@ class Pictures(CommandLineTest):
         os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
         return {**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]}
 
+    def numbers_of_the_axis(self, text):
+        """The number of values along the vertical axis of a history with one panel that gnuplot writes in its picture."""
+        self.write("axis.csv", text)
+        self.succeed("plot", "axis.csv")
+        return len(re.findall(r"text-anchor=.end", self.read("axis.svg")))
+
     def test_a_history_is_drawn_beside_itself(self):
         self.succeed("run", "box.nml", "--quiet")
         self.assertEqual(self.succeed("plot", "box.csv").stdout, "")
@@ -180,6 +186,59 @@ class Pictures(CommandLineTest):
         self.fail_with(2, "plot", "box.csv", "--xy", "omega1", says=("--xy 'omega1' is not a pair of columns",))
         self.fail_with(2, "plot", "box.csv", "--xy", "energy:omega1", says=("'energy' is a set of columns", "kinetic"))
         self.fail_with(2, "plot", "box.csv", "--xy", "omega1:omega2", "--columns", "q0", says=("exclude each other",))
+
+    def test_the_ratio_of_energies_of_tumbling_is_no_potential_energy(self):
+        self.succeed("run", "box.nml", "--quiet", "--set", "output.columns=tumbling,energy", "--plot", "box.svg")
+        drawn = labels(self.read("box.svg"))
+        self.assertIn("E/E₀", drawn)
+        self.assertFalse([label for label in drawn if "potential" in label])
+        self.write("two.csv", "t,energy_ratio,energy_residual,energy_spring\n0,1,0,2\n1,2,0,1\n")
+        self.succeed("plot", "two.csv", "--columns", "energies")
+        self.assertEqual(legend(self.read("two.svg")), ["energy_spring"])
+
+    def test_each_effect_has_its_colour(self):
+        effects = ("gravity", "dipole", "gravity_gradient", "spring1", "spring2")
+        self.write("five.csv", "t," + ",".join(f"energy_{name}" for name in effects) + "\n0,1,2,3,4,5\n1,2,3,4,5,6\n")
+        self.succeed("plot", "five.csv")
+        picture = self.read("five.svg")
+        self.assertEqual(len({colour(picture, f"energy_{name}") for name in effects}), len(effects))
+
+    def test_a_true_anomaly_grows_without_breaks(self):
+        self.write("orbit.csv", "t,true_anomaly\n0,0\n6000,6.28\n12000,12.56\n")
+        self.succeed("plot", "orbit.csv")
+        picture = self.read("orbit.svg")
+        path = re.search(r"d='([^']*)'", picture[picture.index("<title>ν</title>"):])[1]
+        self.assertEqual(path.count("L"), 3, path)  # one in the legend
+
+    def test_long_symbols_fit_beside_the_panels(self):
+        self.write("works.csv", "t,work_time_dependent,omega1\n0,0,1\n1,1,2\n")
+        self.succeed("plot", "works.csv")
+        start = max(float(x) for x in re.findall(r'translate\(([\d.]+),[^>]*font-size="14.00"', self.read("works.svg")))
+        self.assertLess(start + 8*len("work_time_dependent"), 900)
+
+    def test_each_axis_has_two_numbers(self):
+        for greatest in range(36, 60, 3):
+            self.assertGreaterEqual(self.numbers_of_the_axis(f"t,L1,L2\n0,{-greatest},0\n1,{greatest},1\n"), 2, greatest)
+
+    def test_small_changes_of_large_values(self):
+        self.write("far.csv", "t,orbit_radius\n1700000000.1,6878137.01\n1700000000.2,6878137.02\n1700000000.3,6878137.03\n")
+        self.succeed("plot", "far.csv")
+        drawn = labels(self.read("far.svg"))
+        for number in ("1700000000.1", "1700000000.3", "6878137.01", "6878137.02"):
+            self.assertIn(number, drawn)
+        self.write("still.csv", "t,total\n0,51.02210000000001\n1,51.0221\n")
+        self.succeed("plot", "still.csv", "--columns", "total")
+        self.assertIn("51", labels(self.read("still.svg")))
+
+    def test_values_that_have_no_picture(self):
+        for name, rows, says in (("inf", "0,inf\n1,2", "a value is too large to plot (expected up to 1e100 in size)"),
+                                 ("huge", "0,1e300\n1,-1e300", "a value is too large to plot"),
+                                 ("once", "0,1\n0,2", "all rows have the same t (expected rows at different times)")):
+            self.write(f"{name}.csv", f"t,L1\n{rows}\n")
+            self.fail_with(2, "plot", f"{name}.csv", says=(f"{name}.csv: {says}",))
+        for name, rows in (("tiny", "0,1e-310\n1,2e-310"), ("large", "0,1e100\n1,-1e100"), ("zero", "0,0\n1,0")):
+            self.write(f"{name}.csv", f"t,L1\n{rows}\n")
+            self.succeed("plot", f"{name}.csv", "--title", "two\nlines")
 
     def test_the_path_of_an_axis(self):
         half = 0.5**0.5

@@ -43,7 +43,7 @@ module nutate_energy_quantities
    !> Work of potentials that depend on time.
    type(quantity_t), parameter, public :: time_dependent_quantities(*) = [ &
       quantity_t('time_dependent_work', 'time_dependent_work', Q_TIME_DEPENDENT_WORK, 'J', 'works', 36, '', '', &
-                 adds_up, adds_up, attitude=.false., symbols='W of potentials')]
+                 adds_up, adds_up, attitude=.false., symbols='time-dependent')]
    !> Energies and works of each effect.
    type(quantity_t), parameter, public :: effect_quantities(*) = [ &
       quantity_t('energies', 'energy_EFFECT', Q_ENERGIES, 'J', 'potential energies', 34, '', '', of_effects, &

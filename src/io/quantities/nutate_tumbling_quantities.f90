@@ -22,12 +22,12 @@ module nutate_tumbling_quantities
                  needs=NEEDS_NO_ROTOR, symbols='E/E_0'), &
       quantity_t('tumbling', 'short_axis_mode', Q_TUMBLING, '', 'short-axis mode', 27, NAVY, '', two_values, &
                  two_values, needs=NEEDS_NO_ROTOR, first=2, symbols='mode'), &
-      quantity_t('tumbling', 'precession_period_short', Q_TUMBLING, 's', 'periods', 29, VERMILION, &
-                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=3, symbols='precession of the short axis'), &
-      quantity_t('tumbling', 'precession_period_long', Q_TUMBLING, 's', 'periods', 29, GREEN, &
-                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=4, symbols='precession of the long axis'), &
-      quantity_t('tumbling', 'rotation_period', Q_TUMBLING, 's', 'periods', 29, NAVY, no_measurement=has_edges, &
-                 needs=NEEDS_NO_ROTOR, first=5, symbols='rotation'), &
+      quantity_t('tumbling', 'precession_period_short', Q_TUMBLING, 's', 'periods of precession and rotation', 29, &
+                 VERMILION, no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=3, symbols='short axis'), &
+      quantity_t('tumbling', 'precession_period_long', Q_TUMBLING, 's', 'periods of precession and rotation', 29, &
+                 GREEN, no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=4, symbols='long axis'), &
+      quantity_t('tumbling', 'rotation_period', Q_TUMBLING, 's', 'periods of precession and rotation', 29, NAVY, &
+                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=5, symbols='rotation'), &
       quantity_t('tumbling', 'pole_longitude', Q_TUMBLING, 'rad', 'pole', 30, VERMILION, no_measurement=has_edges, &
                  needs=NEEDS_NO_ROTOR, is_periodic=.true., first=6, symbols='longitude'), &
       quantity_t('tumbling', 'pole_latitude', Q_TUMBLING, 'rad', 'pole', 30, NAVY, no_measurement=has_edges, &
