@@ -16,6 +16,8 @@ from .tables import unit_of
 # Columns that a picture has only if they are requested, beside those that show errors.
 AUXILIARY = ("p0", "p1", "p2", "p3")
 SUBSCRIPTS = dict(zip("0123456789xyz", "₀₁₂₃₄₅₆₇₈₉ₓᵧ_"))
+# Angles that jump by a revolution.
+WRAPPED = ("roll", "yaw", "pole_longitude")
 # Rows of a picture that is drawn from dense output.
 POINTS = 2000
 
@@ -153,6 +155,8 @@ def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals:
     for name in columns:
         if name not in rows:
             raise refusal(f"there is no column {name!r} (expected {', '.join(name for name in rows if name != 't')})")
+    if "t" not in rows or len(rows) < 2 or not len(rows["t"]):
+        raise refusal("there are no rows to plot (expected t and other columns of a run)")
     wanted = list(columns) or usual_columns(rows, residuals)
     panels: dict[tuple[int, str], list[str]] = {}
     for name in wanted:
@@ -162,7 +166,7 @@ def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals:
     drawn = figure.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
     for axes, ((_, title), names) in zip(drawn, sorted(panels.items())):
         for name, style in styles(rows, names):
-            axes.plot(rows["t"], rows[name], style, color=colour(name), label=symbol(name), linewidth=1.3)
+            axes.plot(*curve(rows, name), style, color=colour(name), label=symbol(name), linewidth=1.3)
         axes.set_title(title, loc="left", fontsize="medium")
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False)
         axes.grid(color="#dddddd")
@@ -203,6 +207,15 @@ def usual_columns(rows: Mapping[str, Array], residuals: bool) -> list[str]:
         if "kinetic" in rows and np.ptp(rows["kinetic"]) <= 1e-9 * np.max(rows["kinetic"]):
             silent.add("kinetic")
     return [name for name in names if name not in silent] or names
+
+
+def curve(rows: Mapping[str, Array], name: str) -> tuple[Array, Array]:
+    """Times and values of a curve, which is broken where an angle goes over to the other end of its range."""
+    t, values = np.asarray(rows["t"], float), np.asarray(rows[name], float)
+    if name.removesuffix("_deg") not in WRAPPED:
+        return t, values
+    breaks = 1 + np.flatnonzero(np.abs(np.diff(values)) > (270 if name.endswith("_deg") else 1.5 * np.pi))
+    return np.insert(t, breaks, t[breaks]), np.insert(values, breaks, np.nan)
 
 
 def styles(rows: Mapping[str, Array], names: list[str]) -> Iterator[tuple[str, str]]:

@@ -54,6 +54,19 @@ class Pictures(unittest.TestCase):
         rows = {"t": np.arange(4.0), "omega1": np.arange(4.0), "omega2": np.arange(4.0)}
         self.assertEqual([line.get_linestyle() for line in nutate.plot(rows).axes[0].lines], ["-", "--"])
 
+    def test_angles_that_wrap_are_broken(self):
+        for name, revolution in (("roll", 2*np.pi), ("yaw_deg", 360)):
+            rows = {"t": np.arange(3.0), name: np.array([0.4, 0.49, -0.49])*revolution}
+            t, values = nutate.plot(rows).axes[0].lines[0].get_data()
+            self.assertEqual([len(t), int(np.isnan(values).sum()), np.isnan(values[2])], [4, 1, True])
+        rows = {"t": np.arange(3.0), "true_anomaly": np.array([0.0, 6.2, 12.4])}
+        self.assertEqual(len(nutate.plot(rows).axes[0].lines[0].get_xdata()), 3)
+
+    def test_what_has_no_rows_is_rejected(self):
+        for rows in ({}, {"omega1": np.zeros(2)}, {"t": np.arange(2.0)}, {"t": np.zeros(0), "omega1": np.zeros(0)}):
+            with self.assertRaisesRegex(nutate.NutateValueError, "no rows to plot"):
+                nutate.plot(rows)
+
     def test_pyplot_knows_the_figure_of_a_program_that_uses_it(self):
         matplotlib.use("Agg")
         from matplotlib import pyplot
