@@ -46,8 +46,8 @@ module nutate_history_plot
    real(wp), parameter :: same = 1e-9_wp, least_span = 1e-280_wp
    !> Extent of a panel below which angles are not magnified, rad.
    real(wp), parameter :: least_angle = 0.1_wp
-   !> Width of a letter in a legend, as a fraction of the width of the picture.
-   real(wp), parameter :: width_of_a_letter = 0.0095_wp
+   !> Width of a letter in a legend, as a fraction of the width of the picture; greatest in PNG and PDF.
+   real(wp), parameter :: width_of_a_letter = 0.0115_wp
    !> Width of a line as a fraction of the height of a panel.
    real(wp), parameter :: width_of_a_line = 0.012_wp
 
@@ -254,7 +254,7 @@ contains
       call picture%begin(900, nint(height))
       call picture%put('set lmargin at screen 0.11; set rmargin at screen '// &
                        rounded_text(right_edge(history%names), 4)//'; set tics font '',12''')
-      call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 2 font '',14''')
+      call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 2 spacing 0.85 font '',14''')
       call picture%put('set xrange ['//extent(history%values(:, 1))//']')
       call picture%put('set multiplot title '//gnuplot_quoted(title//contents_of(title, panels))//' noenhanced')
       do i = 1, size(panels)
@@ -290,6 +290,7 @@ contains
       integer :: i, unit
       text = ''
       do i = 1, size(panels)
+         if (any(panels(:i - 1)%label == panels(i)%label)) cycle
          unit = index(panels(i)%label, ' (')
          if (unit == 0) unit = len_trim(panels(i)%label) + 1
          text = text//merge(': ', ', ', i == 1)//panels(i)%label(:unit - 1)

@@ -20,12 +20,15 @@ module nutate_plot_panels
       character(len=7), allocatable :: colours(:)
    end type panel_t
 
+   !> Greatest number of curves in a panel, which is that of the lines of its legend.
+   integer, parameter :: most_curves = 6
    !> Colours of columns that have no component, one after the other.
    character(len=7), parameter :: others(6) = ['#0b3c5d', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7']
 
 contains
 
-   !> Returns the panels of columns, from top to bottom. A column that is not in the table has a panel of its own.
+   !> Returns the panels of columns, from top to bottom. A column that is not in the table has a panel of its own; more
+   !> curves than a panel shows are continued in another one.
    pure function panels_of(names) result(panels)
       !> Names of the columns; the first is t.
       character(len=*), intent(in) :: names(:)
@@ -56,7 +59,10 @@ contains
       character(len=7) :: drawn
       logical :: is_used(size(others))
       integer :: place, i
-      place = findloc(panels%label == label, .true., dim=1)
+      place = findloc(panels%label == label, .true., dim=1, back=.true.)
+      if (place > 0) then
+         if (size(panels(place)%columns) == most_curves) place = 0
+      end if
       if (place == 0) then
          allocate (longer(size(panels) + 1))
          longer(:size(panels)) = panels
@@ -179,6 +185,7 @@ contains
       if (at > 0) symbols = numbered(quantities(max(at, 1))%symbols, quantities(max(at, 1)))
       if (symbols == '') then
          symbol = escaped(trim(name), '_^{}@&~\', '\')
+         if (at > 0) symbol = escaped(base_name(name), '_^{}@&~\', '\')
          return
       end if
       i = 1

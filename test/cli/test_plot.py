@@ -203,6 +203,22 @@ class Pictures(CommandLineTest):
         picture = self.read("five.svg")
         self.assertEqual(len({colour(picture, f"energy_{name}") for name in effects}), len(effects))
 
+    def test_a_panel_has_at_most_six_curves_whose_names_fit(self):
+        for count, panels in ((6, 1), (7, 2), (21, 4)):
+            names = [f"covariance_{i}" for i in range(1, count + 1)]
+            self.write("many.csv", "t," + ",".join(names) + "".join("\n" + ",".join(str(t + i) for i in range(count + 1)) for t in (0, 1)) + "\n")
+            self.succeed("plot", "many.csv")
+            picture = self.read("many.svg")
+            self.assertEqual(legend(picture), names)
+            self.assertEqual(labels(picture).count("covariances"), panels)
+            self.assertIn("many.csv: covariances", labels(picture))
+            self.assertEqual(len(set(re.findall(r'translate\(([\d.]+),[^>]*font-size="14.00"', picture))), 1)
+
+    def test_degrees_are_not_in_the_symbols(self):
+        self.write("roll.csv", "t,roll_deg,depth_deg\n0,1,2\n1,2,3\n")
+        self.succeed("plot", "roll.csv", "--columns", "roll,depth_deg")
+        self.assertEqual(legend(self.read("roll.svg")), ["roll", "depth_deg"])
+
     def test_a_true_anomaly_grows_without_breaks(self):
         self.write("orbit.csv", "t,true_anomaly\n0,0\n6000,6.28\n12000,12.56\n")
         self.succeed("plot", "orbit.csv")
