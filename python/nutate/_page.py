@@ -22,6 +22,7 @@ from .pictures import colour, symbol
 from .scenes import Scene
 from .shapes import Surface, surface_of, wheel_axes
 from .solutions import Solution
+from .steppers import Stepper
 from .systems import System
 from .tables import stacked
 
@@ -370,7 +371,10 @@ def with_momentum(rows: Rows, system: System) -> Rows:
     if "l_x" in rows:
         return rows
     q, omega = stacked(dict(rows), "q", range(4)), stacked(dict(rows), "omega", range(1, 4))
-    return {**rows, **dict(zip(("l_x", "l_y", "l_z"), rotated(q, omega @ system.inertia.T).T))}
+    stepper = Stepper(system)
+    stepper.set_state(q[0] / np.linalg.norm(q[0]), omega[0])
+    held = stepper.angular_momentum - system.inertia @ omega[0]  # by rotors, and by wheels of constant speed
+    return {**rows, **dict(zip(("l_x", "l_y", "l_z"), rotated(q, omega @ system.inertia.T + held).T))}
 
 
 def with_angles(rows: Rows) -> Rows:

@@ -104,7 +104,7 @@ def turns(rows):
     """Angles between the attitudes of two frames, rad."""
     q = np.stack([rows[f"q{i}"] for i in range(4)], axis=-1)
     q /= np.linalg.norm(q, axis=1)[:, None]
-    return 2 * np.arctan2(np.linalg.norm(q[1:] - np.sign(np.sum(q[1:] * q[:-1], axis=1))[:, None] * q[:-1], axis=1) / 2, 1)
+    return 4 * np.arcsin(np.linalg.norm(q[1:] - np.sign(np.sum(q[1:] * q[:-1], axis=1))[:, None] * q[:-1], axis=1) / 2)
 
 
 def scene(name):
@@ -204,6 +204,15 @@ class PageTest(unittest.TestCase):
         for name, path in (("heavy_top", "the centre of mass"), ("slowing_plate", "the symmetry axis"), ("box", "axis 3"),
                            ("thrown_book", "axis 2"), ("gyrocompass", "axis 2")):
             self.assertEqual(held(nutate.view(scene(name), None, "integrator.end_time=2"))[0]["path"]["name"], path, name)
+
+    def test_the_momentum_of_a_rotor_is_shown_with_columns_that_lack_it(self):
+        gyrostat = nutate.System(moments=(5, 20, 17))
+        gyrostat.add("rotor", momentum=(0, 0, 60))
+        solution = nutate.solve(gyrostat, omega0=(0.1, 0, 10), t_span=(0, 1))
+        rows = {name: values for name, values in solution.columns.items() if re.fullmatch(r"t|q\d|omega\d", name)}
+        _, shown = held(nutate.view(rows, gyrostat))
+        for name in ("l_x", "l_y", "l_z"):
+            np.testing.assert_allclose(shown[name], solution.columns[name], atol=1e-4)
 
     def test_real_time_is_kept_where_it_can_be_watched(self):
         self.assertEqual(held(nutate.view(BOX))[0]["factor"], 1)
