@@ -55,7 +55,7 @@ contains
             if (problem == '') rows = chosen
          end if
          if (problem == '' .and. allocated(command%aem)) problem = aem_fault(rows)
-         if (problem == '' .and. allocated(command%gltf)) problem = gltf_fault(rows, facts)
+         if (problem == '' .and. allocated(command%gltf)) problem = gltf_fault(command%gltf, rows, facts)
          if (problem /= '') problem = 'nutate: '//printable_path(command%scene)//': '//problem
       end if
       if (problem /= '') then

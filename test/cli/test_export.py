@@ -74,6 +74,13 @@ class Exports(CommandLineTest):
         self.succeed("run", "tumbler.nml", "--quiet")
         self.rows = self.history("tumbler.csv")[1]
 
+    def test_text_has_no_name_of_a_binary_gltf(self):
+        for name in ("tumbler.glb", "T.GLB", ".glb"):
+            self.fail_with(2, "export", "tumbler.csv", "--scene", "tumbler.nml", "--gltf", name,
+                           says=(f"{name} is the name of a binary glTF (expected a name such as NAME.gltf)",))
+            self.assertNotIn(name, self.names())
+        self.succeed("export", "tumbler.csv", "--scene", "tumbler.nml", "--gltf", "glb")
+
     def test_rows_half_a_turn_apart_are_rejected(self):
         self.write("far.nml", TUMBLER)
         self.succeed("run", "far.nml", "--quiet", "--set", "output.interval=0.9")

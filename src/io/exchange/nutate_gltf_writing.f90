@@ -10,8 +10,9 @@ module nutate_gltf_writing
    use nutate_export_facts, only: export_facts_t
    use nutate_files, only: output_file_t
    use nutate_kinds, only: wp
+   use nutate_printable, only: printable_path
    use nutate_quaternion, only: quat_normalized
-   use nutate_spelling, only: count_text, escaped
+   use nutate_spelling, only: count_text, escaped, lower_case
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_surface, only: surface_of, surface_t
    use nutate_version, only: version
@@ -28,13 +29,17 @@ module nutate_gltf_writing
 
 contains
 
-   !> Returns why rows cannot be animated; empty if they can.
-   pure function gltf_fault(rows, facts) result(problem)
+   !> Returns why rows cannot be written; empty if they can.
+   pure function gltf_fault(path, rows, facts) result(problem)
+      !> Path of the file.
+      character(len=*), intent(in) :: path
       type(attitude_rows_t), intent(in) :: rows
       type(export_facts_t), intent(in) :: facts
       character(len=:), allocatable :: problem
       problem = ''
-      if (.not. facts%has_body) then
+      if (index(lower_case(path), '.glb', back=.true.) == max(len(path) - 3, 1)) then
+         problem = printable_path(path)//' is the name of a binary glTF (expected a name such as NAME.gltf)'
+      else if (.not. facts%has_body) then
          problem = "glTF needs the body (expected its scene, or inertia, or shape, size and mass of &body)"
       else if (rows%count() < 1) then
          problem = 'there are no rows (expected one or more)'
@@ -56,7 +61,7 @@ contains
       type(status_t), intent(out) :: status
       type(output_file_t) :: file
       character(len=:), allocatable :: problem
-      problem = gltf_fault(rows, facts)
+      problem = gltf_fault(path, rows, facts)
       if (problem /= '') then
          status = fail(NUTATE_BAD_ARGUMENT, problem)
          return
