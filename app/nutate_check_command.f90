@@ -310,7 +310,7 @@ contains
       text = ''
       do k = 1, size(keys)
          ! The name of the effect, and whether it is on, are reported by `switch_text`.
-         if (keys(k)%kind == KEY_LOGICAL .or. keys(k)%name == 'name') cycle
+         if (any(keys(k)%name == [character(len=4) :: 'name', 'on'])) cycle
          if (group%has(trim(keys(k)%name))) text = text//'; '//trim(keys(k)%name)//' = '//values_text(group, keys(k))
       end do
       do k = 1, size(keys)
@@ -361,6 +361,8 @@ contains
       character(len=:), allocatable :: text
       if (key%kind == KEY_TEXT) then
          text = printable_path(trim(group%text(trim(key%name), '')))
+      else if (key%kind == KEY_LOGICAL) then
+         text = trim(merge('.true. ', '.false.', group%flag(trim(key%name), .false.)))
       else
          text = vector_text(group%vector(trim(key%name), spread(0.0_wp, 1, group%count_of(trim(key%name)))))
       end if

@@ -206,6 +206,16 @@ class Check(CommandLineTest):
         text = self.succeed("check", "spin.nml", "--set", "initial.degrees=.true.").stdout
         self.assertIn("3.14159 rad/s (30 rpm) in all\n                      given in deg/s, by degrees = .true.\n", text)
 
+    def test_switches_of_effects_are_shown(self):
+        spin = "&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 2 /\n&integrator time_step = 0.01, end_time = 1 /\n"
+        self.write("leaves.nml", spin + "&inertia_rate tensor = -0.1, -0.1, -0.1, mass_leaves = T /\n"
+                   "&orbit altitude = 5e5, inclination = 97, degrees = .true. /\n&damping coefficient = 3*1, on = F /\n")
+        text = self.succeed("check", "leaves.nml").stdout
+        self.assertIn("-0.1, -0.1, -0.1; mass_leaves = .true.", text)
+        self.assertIn("inclination = 97; degrees = .true.;", text)
+        self.assertIn("coefficient = 1, 1, 1; off at the start\n", text)
+        self.assertIn("-0.1; mass_leaves = .false.", self.succeed("check", "leaves.nml", "--set", "inertia_rate.mass_leaves=F").stdout)
+
     def test_orbits_are_shown_at_the_start(self):
         spin = "&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 2 /\n&integrator time_step = 0.01, end_time = 1 /\n"
         self.write("circle.nml", spin + "&orbit semi_major_axis = 8e6, mu = 8e14 /\n&gravity_gradient /\n")
