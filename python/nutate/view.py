@@ -35,9 +35,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     try:
         page = view(options.scene, None, *options.changes, start=options.start)
     except NutateOSError as error:
-        return complain(str(error), 2)
+        return complain(naming_options(str(error)), 2)
     except NutateError as error:
-        return complain(str(error), 2 if isinstance(error, ValueError) else 3)
+        return complain(naming_options(str(error)), 2 if isinstance(error, ValueError) else 3)
     try:
         if output == "-":
             output = "standard output"
@@ -50,6 +50,14 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     except OSError as error:
         return complain(f"nutate: cannot write {output}: {error.strerror}", 4)
     return 0
+
+
+def naming_options(message: str) -> str:
+    """Names the options of the program instead of the overrides that they make."""
+    for place, option in (("override: ", "--set: "), ("override with '-': ", "--unset: ")):
+        if message.startswith(place):
+            return option + message[len(place):]
+    return message
 
 
 def complain(line: str, status: int) -> int:

@@ -267,7 +267,8 @@ class PageTest(unittest.TestCase):
                       "--unset=scene.title")
             self.assertEqual((ran.returncode, ran.stdout, ran.stderr), (0, "", ""))
             self.assertEqual(sorted(os.listdir(folder)), ["box.html", "it's.html"])
-            for status, says, arguments in ((2, "absent.nml", ["absent.nml"]), (2, "boddy", [BOX, "--set", "boddy.mass=1"]),
+            for status, says, arguments in ((2, "absent.nml", ["absent.nml"]), (2, "--set: unknown group 'boddy'", [BOX, "--set", "boddy.mass=1"]),
+                                            (2, "--unset: unknown key 'foo'", [BOX, "--unset", "body.foo"]),
                                             (4, "cannot write no/a.html", [BOX, "--output", "no/a.html"])):
                 ran = run(*arguments)
                 self.assertEqual((ran.returncode, ran.stderr.count("\n")), (status, 1), ran.stderr)
