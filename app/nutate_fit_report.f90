@@ -125,6 +125,8 @@ contains
       write (digits, form) number
       text = trim(adjustl(digits))
       if (decimals == 0) text = text(:len(text) - 1)
+      ! Zero has no sign.
+      if (verify(text, '-0.') == 0) text = text(verify(text, '-'):)
    end function fixed
 
    !> Adds pairs of parameters with a strong correlation.

@@ -44,6 +44,15 @@ class Fit(CommandLineTest):
         again = self.succeed("fit", "gyro.fit.nml", "--set", "fit.start=scene").stdout
         self.assertIn("fit                 0 iterations from start 1 of 1", again)
 
+    def test_zero_has_no_sign(self):
+        self.write("still.nml", "&body inertia = 5, 20, 17 /\n&initial angular_velocity = 0.1, 0, 10 /\n"
+                   "&integrator accuracy = 1e-8, end_time = 2 /\n&output columns = 'roll_pitch_yaw', interval = 0.02 /\n")
+        self.succeed("run", "still.nml", "--quiet")
+        self.write("still.fit.nml", "&body inertia = 5, 20, 17 /\n&initial angular_velocity = 0.11, 0, 10.01 /\n"
+                   "&integrator accuracy = 1e-8, end_time = 2 /\n&free key = 'initial.angular_velocity' /\n"
+                   "&measurement file = 'still.csv', columns = 'roll', 'yaw', sigma = 0.01 /\n")
+        self.assertRegex(self.succeed("fit", "still.fit.nml", "--output", "found.nml").stdout, r" 0\.0+ ±")
+
     def test_when_a_thruster_fired(self):
         burn = "&torque body = 0.4, -0.3, 0.8, start = {}, stop = {} /\n"
         body = "&body inertia = 2.0, 3.0, 4.0 /\n&initial angular_velocity = 0.3, 0.2, 0.1 /\n"
