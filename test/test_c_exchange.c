@@ -15,7 +15,7 @@ static const char facts[] =
     "&scene epoch = '2016-12-31T23:59:59.5', time_system = 'UTC', object = 'it''s', space_frame = 'ICRF' /\n"
     "&body shape = 'box', size = 1, 2, 3, mass = 1 /\n";
 static const double t[3] = {0.0, 0.25, 1.5},
-                    q[12] = {1, 0, 0, 0, 0.8, 0, 0.6, 0, 0, 0, 0, 1}, omega[9] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};
+                    q[12] = {1, 0, 0, 0, 0.8, 0, 0.6, 0, 0.6, 0, 0, 0.8}, omega[9] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};
 
 /* Dates of a scene, and of any epoch. */
 int test_c_exchange_calendar(void)

@@ -26,10 +26,35 @@ BANG = """&body inertia = 1.0, 1.0, 1.0 /
     f"switch = '{name}' /\n"
     for name, level, way in (("minus on", 1e-2, 1), ("minus off", 5e-3, -1), ("plus on", -1e-2, -1), ("plus off", -5e-3, 1)))
 
+# An extremum that toggles a sphere, which changes no rate of the field at once: a step to the event ends beside it.
+TOGGLED = """&body inertia_tensor = 2.169, 1.914041929566479, 1.6107229980785749, -0.226, -0.15118674071964844, 0.2436 /
+&inner_sphere name = 'ball', inertia = 0.13, damping = 0.0741, angular_velocity = 1.56, -2.1, 1.37, on = .false. /
+&controller law = 'quaternion', target = -0.6193024591672625, 0.0952318149631968, 0.0255, -0.7789385645719317,
+   target_from = 'lvlh', inertia = 1.7, 1.63, 1.25, 0.092606, -0.055563374065211585, 0.037,
+   attitude_gain = 0.8866615800884861, rate_gain = 1, sample = 0.24755492921908429 /
+&controller law = 'bdot', gain = 1.2312, field = 0.53, 0.89, 0.79558, sample = 0.26, limit = 1.5 /
+&gravity_gradient /
+&initial roll_pitch_yaw = -52, 23, 89.3, angular_velocity = 22, 17.02, 84, degrees = .true. /
+&orbit mu = 2.82e+20, inclination = 0.065, raan = 5.2, argument_of_periapsis = 5.1, mean_anomaly = -2.1,
+   semi_major_axis = 1.1873e+07, frame = 'lvlh' /
+&event name = 'least', when = 'B1', extremum = 'minimum', switch = 'ball toggle' /
+&integrator local_tolerance = 1e-11, end_time = 1.9 /
+&output columns = 'magnetic_field', every = 1000 /
+"""
+
 
 class Events(CommandLineTest):
     def rows(self, name):
         return list(csv.DictReader(io.StringIO(self.read(name))))
+
+    def test_an_extremum_switches_once(self):
+        self.write("toggled.nml", TOGGLED)
+        for method in ("rk8", "dop853", "rk4", "taylor"):
+            with self.subTest(method=method):
+                self.succeed("run", "toggled.nml", "--set", f"integrator.method='{method}'")
+                times = [float(row["t"]) for row in self.rows("toggled.events.csv")]
+                self.assertTrue(all(after - before > 1e-3 for before, after in zip(times, times[1:])), times)
+                self.assertGreater(len(times), 0)
 
     def test_flips_of_the_box(self):
         self.write("box.nml", BOX + "&event name = 'flip', when = 'omega3', crosses = 0.0 /\n")

@@ -332,6 +332,8 @@ contains
       if (self%has_passed .and. .not. self%period > 0.0_wp) is_here = is_here .or. abs(watched%f) <= near
       if (is_here) then
          watched%side = self%first%side
+         ! The step to the event is another one than that in which the event was found: its state errs, too.
+         if (happened .and. moved .and. .not. self%jumped) near = max(near, 2*abs(watched%f - self%at*self%period))
          watched%near = near
       else if (self%period > 0.0_wp) then
          cell = cell_of(watched%f, watched%slope, self%period, 1.0_wp, self%cell)
