@@ -7,7 +7,7 @@ module nutate_spring
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_limits, only: least_size, is_moderate
-   use nutate_power_series, only: power_term
+   use nutate_power_series, only: inverses, power_term
    use nutate_quaternion, only: cross
    use nutate_small_products, only: lies_along, skew, vector_length
    use nutate_status, only: status_t
@@ -230,10 +230,10 @@ contains
       if (self%rest_length == 0.0_wp) spring_series = LINEAR_SERIES
    end function spring_series
 
-   !> Returns 6: ℓ² and 1/ℓ; for derivatives 1/ℓ³ and x×γ/ℓ³.
+   !> Returns 7: ℓ², 1/ℓ, and index times coefficient of ℓ²; for derivatives 1/ℓ³ and x×γ/ℓ³.
    pure integer function spring_auxiliary(self)
       class(spring_t), intent(in) :: self
-      spring_auxiliary = 6
+      spring_auxiliary = 7
    end function spring_auxiliary
 
    !> Returns kx, since γ×∇U = kx×γ for a spring without rest length, N; shape (3).
@@ -250,25 +250,33 @@ contains
       class(spring_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: gamma(3, 0:k)
-      !> ℓ² and 1/ℓ, of the auxiliary series; shape (0:highest_order, 6).
+      !> Shape (0:highest_order, 7).
       real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
-      real(wp) :: shortened(3), first
+      real(wp) :: older(3), shortened(3), first, slope, inverse
       integer :: j
       if (k == 0) then
          first = length(self, gamma(:, 0))
          auxiliary(0, 1:2) = 0.0_wp
          if (first > negligible*abs(self%rest_length)) auxiliary(0, 1:2) = [first*first, 1/first]
+         shortened = auxiliary(0, 2)*gamma(:, 0)
       else
-         auxiliary(k, 1) = -2*(self%body_point(1)*gamma(1, k) + self%body_point(2)*gamma(2, k) &
-                            + self%body_point(3)*gamma(3, k))
+         auxiliary(k, 1) = -2*dot_product(self%body_point, gamma(:, k))
+         auxiliary(k, 3) = k*auxiliary(k, 1)
+         ! u = ℓ² and v = 1/ℓ have uv' = -u'v/2, and uⱼ = -2x·γⱼ for j > 0: Σ uⱼvₖ₋ⱼ need not be summed.
+         older = 0.0_wp
+         slope = 0.0_wp
+         !GCC$ novector
+         do j = 1, k
+            inverse = auxiliary(k - j, 2)
+            older = older + inverse*gamma(:, j)
+            slope = slope + inverse*auxiliary(j, 3)
+         end do
          auxiliary(k, 2) = 0.0_wp
-         if (auxiliary(0, 2) > 0.0_wp) auxiliary(k, 2) = power_term(k, -0.5_wp, auxiliary(:, 1), auxiliary(:, 2))
+         if (auxiliary(0, 2) > 0.0_wp) auxiliary(k, 2) = (0.5_wp*inverses(k)*slope &
+                                                          + 2*dot_product(self%body_point, older))/auxiliary(0, 1)
+         shortened = older + auxiliary(k, 2)*gamma(:, 0)
       end if
-      shortened = 0.0_wp
-      do j = 0, k
-         shortened = shortened + auxiliary(k - j, 2)*gamma(:, j)
-      end do
       shortened = self%stiffness*(gamma(:, k) - self%rest_length*shortened)
       associate (x => self%body_point)
          tau = [x(2)*shortened(3) - x(3)*shortened(2), x(3)*shortened(1) - x(1)*shortened(3), &
@@ -287,23 +295,23 @@ contains
       real(wp) :: factor
       integer :: i, j
       known = .true.
-      auxiliary(k, 3) = auxiliary(0, 2)**3
+      auxiliary(k, 4) = auxiliary(0, 2)**3
       if (k > 0 .and. auxiliary(0, 2) > 0.0_wp) &
-         auxiliary(k, 3) = power_term(k, -1.5_wp, auxiliary(:, 1), auxiliary(:, 3))
-      auxiliary(k, 4:6) = 0.0_wp
+         auxiliary(k, 4) = power_term(k, -1.5_wp, auxiliary(:, 1), auxiliary(:, 4))
+      auxiliary(k, 5:7) = 0.0_wp
       do j = 0, k
-         auxiliary(k, 4:6) = auxiliary(k, 4:6) + auxiliary(k - j, 3)*cross(self%body_point, gamma(:, j))
+         auxiliary(k, 5:7) = auxiliary(k, 5:7) + auxiliary(k - j, 4)*cross(self%body_point, gamma(:, j))
       end do
       derivative = (-self%stiffness*self%rest_length*auxiliary(k, 2))*skew(self%body_point)
       if (k == 0) derivative = derivative + self%stiffness*skew(self%body_point)
       factor = self%stiffness*self%rest_length
       do i = 1, 3
-         derivative(:, i) = derivative(:, i) - (factor*self%body_point(i))*auxiliary(k, 4:6)
+         derivative(:, i) = derivative(:, i) - (factor*self%body_point(i))*auxiliary(k, 5:7)
       end do
       if (.not. self%closeness > 0.0_wp) return
       do j = 0, k
          do i = 1, 3
-            derivative(:, i) = derivative(:, i) + (factor*gamma(i, k - j))*auxiliary(j, 4:6)
+            derivative(:, i) = derivative(:, i) + (factor*gamma(i, k - j))*auxiliary(j, 5:7)
          end do
       end do
    end subroutine spring_series_derivative
@@ -330,7 +338,7 @@ contains
          square = -2*dot_product(change(1:3), gamma(:, k - j))
          if (j == k) square = square + 2*(dot_product(change(1:3), self%body_point) &
                                           + (1 - self%closeness)*dot_product(change(4:6), self%direction))
-         tau = tau + (0.5_wp*self%stiffness*self%rest_length*square)*auxiliary(j, 4:6)
+         tau = tau + (0.5_wp*self%stiffness*self%rest_length*square)*auxiliary(j, 5:7)
       end do
    end subroutine spring_series_change
 
