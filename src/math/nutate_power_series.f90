@@ -9,6 +9,7 @@ module nutate_power_series
    private
 
    public :: fixed_step_order, highest_order, inverses, least_order, product_term, power_term, cosine_term
+   public :: series_group_t
 
    !> Longest series: coefficients 0 to this. A tolerance at round-off requires about 24, a user may request some more.
    integer, parameter :: highest_order = 28
@@ -23,6 +24,12 @@ module nutate_power_series
                                                        19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29]
    !> 1/k; shape (29).
    real(wp), parameter :: inverses(highest_order + 1) = 1.0_wp/numbers
+
+   !> Several series.
+   type :: series_group_t
+      !> Coefficients; shape (0:highest_order, number of series).
+      real(wp), allocatable :: values(:, :)
+   end type series_group_t
 
 contains
 

@@ -91,8 +91,7 @@ contains
          n = findloc(self%general(:self%n_general), i, 1)
          if (n > 0) then
             n = self%slot(n)
-            call potential%series_change(change, k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
-                                         self%columns(2, n)), tau, known)
+            call potential%series_change(change, k, self%gamma(:, 0:k, n), self%auxiliary(n)%values, tau, known)
             call add_shift(self, place, k, n, tau)
          else
             do j = 0, k
@@ -157,8 +156,8 @@ contains
          tau = 0.0_wp
          if (n == 0) tau = torque%torque_change(change, 0.0_wp, unturned, self%omega(:, k))
          if (n <= 0) return
-         call torque%series_change(change, k, self%start, time_unit, self%gamma(:, 0:k, n), self%auxiliary( &
-                                   :, self%columns(1, n):self%columns(2, n)), tau, known)
+         call torque%series_change(change, k, self%start, time_unit, self%gamma(:, 0:k, n), &
+                                      self%auxiliary(n)%values, tau, known)
          if (k == 0) then
             call torque%direction_change_series(change, self%start, time_unit, moved)
             call keep_shift(self, place, moved)

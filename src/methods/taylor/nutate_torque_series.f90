@@ -10,7 +10,7 @@ module nutate_torque_series
    use nutate_direction_basis, only: choose_basis
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
-   use nutate_power_series, only: highest_order, inverses
+   use nutate_power_series, only: highest_order, inverses, series_group_t
    use nutate_reshaped_series, only: inertia_push, reshaped_series_t, transported_power
    use nutate_series_tail, only: series_tail_t
    use nutate_small_products, only: skew, times_vector
@@ -44,9 +44,11 @@ module nutate_torque_series
       real(wp) :: moment = 0.0_wp
       !> Series of the part of potentials that varies with the body; not allocated if none does.
       type(reshaped_series_t), allocatable :: changes
-      !> Potentials with a general series or one that varies, and the slot of their auxiliary series.
+      !> Potentials with a general series or one that varies; the slot of their auxiliary series; true for linear ones,
+      !> whose torque is that of a moment.
       integer :: n_general = 0
       integer, allocatable :: general(:), slot(:)
+      logical, allocatable, private :: by_moment(:)
       !> Slots of the torques that have a general series, negative in space axes; 0 for a linear one.
       integer, allocatable :: torque_slot(:)
       !> True for torques that depend on time alone, shape (number of torques); sum of their series, N m, body axes.
@@ -60,9 +62,8 @@ module nutate_torque_series
       real(wp), allocatable :: components(:, :)
       !> γ, body axes; shape (3, 0:highest_order, slots).
       real(wp), allocatable :: gamma(:, :, :)
-      !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
-      real(wp), allocatable :: auxiliary(:, :)
-      integer, allocatable :: columns(:, :)
+      !> Auxiliary series of each slot; shape (slots).
+      type(series_group_t), allocatable :: auxiliary(:)
       !> Series along the basis vectors of torques in space axes, after a zero; the rows R(q)ᵀeᵢ; shapes
       !> (4, 0:highest_order, number of torques) and (4,3, 0:highest_order), not allocated if there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
@@ -189,24 +190,25 @@ contains
    subroutine make_slots(self, effects)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      integer :: i, n, last
-      if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%is_timed, self%timed, self%components, &
-                                            self%gamma, self%columns, self%auxiliary, self%drag, self%omega, &
+      integer :: i, n
+      if (allocated(self%slot)) deallocate (self%slot, self%by_moment, self%torque_slot, self%is_timed, self%timed, &
+                                            self%components, self%gamma, self%auxiliary, self%drag, self%omega, &
                                             self%rates, self%torque, self%works, self%mover, self%moving)
       if (allocated(self%derivative)) deallocate (self%derivative)
       if (allocated(self%drags)) deallocate (self%drags)
       if (allocated(self%absolute)) deallocate (self%absolute)
       n = self%n_general + effects%n_torques
-      allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
+      allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), source=0)
       allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
       allocate (self%mover(n), source=0)
+      allocate (self%auxiliary(n), self%by_moment(self%n_general))
       allocate (self%is_timed(effects%n_torques), source=.false.)
       self%pace = 0.0_wp
       n = 0
-      last = 0
       do i = 1, self%n_general
          associate (potential => effects%potentials(self%general(i))%item)
-            call open_slot(self, potential, potential%direction, n, last)
+            call open_slot(self, potential, potential%direction, n)
+            self%by_moment(i) = potential%is_linear()
             if (potential%moves) self%mover(n) = 1 + maxval(self%mover)
             self%pace = max(self%pace, potential%pace)
          end associate
@@ -217,7 +219,7 @@ contains
             if (torque%series_kind() == LINEAR_SERIES) then
                self%drag(:, :, i) = torque%series_drag()
             else
-               call open_slot(self, torque, torque%series_direction(), n, last)
+               call open_slot(self, torque, torque%series_direction(), n)
                self%torque_slot(i) = n
                self%is_timed(i) = torque%series_kind() == TIME_SERIES
                if (torque%moves) self%mover(n) = 1 + maxval(self%mover)
@@ -230,7 +232,7 @@ contains
       self%is_directed = [(any(abs(self%components(:, i)) > 0.0_wp) .and. self%mover(i) == 0, i=1, n)]
       allocate (self%moving(4, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
       self%moves = size(self%moving, 3) > 0
-      allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
+      allocate (self%gamma(3, 0:highest_order, n), source=0.0_wp)
       self%n_lanes = effects%n_torques
       if (effects%depends_on_time) self%n_lanes = self%n_lanes + 1
       self%varies = effects%varies
@@ -260,17 +262,16 @@ contains
       allocate (self%along(4, 0:last, effects%n_torques), self%rows(4, 3, 0:last), source=0.0_wp)
    end subroutine make_axes
 
-   subroutine open_slot(self, effect, direction, n, last)
+   subroutine open_slot(self, effect, direction, n)
       class(torque_series_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
       !> Space axes; shape (3).
       real(wp), intent(in) :: direction(3)
-      !> Slots and auxiliary series so far.
-      integer, intent(inout) :: n, last
+      !> Slots so far.
+      integer, intent(inout) :: n
       n = n + 1
       self%components(:, n) = matmul(direction, self%basis)
-      self%columns(:, n) = [last + 1, last + effect%auxiliary_series()]
-      last = self%columns(2, n)
+      allocate (self%auxiliary(n)%values(0:highest_order, effect%auxiliary_series()), source=0.0_wp)
    end subroutine open_slot
 
    !> Computes the series of directions that move and of torques that depend on time alone.
@@ -339,11 +340,11 @@ contains
          else if (effects%torques(i)%item%changes_inertia) then
             call effects%torques(i)%item%series_torque( &
                k, t, time_unit, self%absolute(:, 0:k), self%gamma(:, 0:k, n), &
-               self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
+               self%auxiliary(n)%values, one)
          else
             call effects%torques(i)%item%series_torque( &
                k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
-               self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
+               self%auxiliary(n)%values, one)
             if (self%torque_slot(i) < 0) call turn_to_body(self, i, k, rows, one)
          end if
          self%torque(1:3, k, i) = one
@@ -371,11 +372,10 @@ contains
                moved = moved + one
                tau = tau + one
             end if
-            if (potential%is_linear()) then
+            if (self%by_moment(i)) then
                one = cross(potential%series_moment(), self%gamma(:, k, n))
             else
-               call potential%series_torque(k, self%gamma(:, 0:k, n), &
-                                            self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
+               call potential%series_torque(k, self%gamma(:, 0:k, n), self%auxiliary(n)%values, one)
             end if
             tau = tau + one
             if (self%mover(n) > 0 .or. potential%varies) moved = moved + one
@@ -448,8 +448,8 @@ contains
       do i = 1, self%n_general
          n = self%slot(i)
          associate (potential => effects%potentials(self%general(i))%item)
-            call potential%series_derivative(k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
-                                             self%columns(2, n)), self%derivative(:, :, k, n), known)
+            call potential%series_derivative(k, self%gamma(:, 0:k, n), self%auxiliary(n)%values, &
+                                             self%derivative(:, :, k, n), known)
             if (.not. known) unknown = potential%name
             if (potential%varies) self%derivative(:, :, k, n) = self%derivative(:, :, k, n) + &
                                   self%changes%derivative(self%general(i), k, self%gamma(:, 0:k, n))
@@ -464,8 +464,8 @@ contains
             cycle
          end if
          associate (torque => effects%torques(i)%item)
-            call torque%series_derivative(k, self%start, time_unit, self%auxiliary(:, self%columns(1, n): &
-                                          self%columns(2, n)), self%derivative(:, :, k, n), known)
+            call torque%series_derivative(k, self%start, time_unit, self%auxiliary(n)%values, &
+                                          self%derivative(:, :, k, n), known)
             if (.not. known) unknown = torque%name
          end associate
          call add_slot(self, k, n, by_turn)
@@ -554,7 +554,7 @@ contains
          if (.not. (self%is_timed(i) .and. acts(i))) cycle
          n = self%torque_slot(i)
          call effects%torques(i)%item%time_series( &
-            t, time_unit, self%auxiliary(:, self%columns(1, n):self%columns(2, n)), tau(:, :self%order))
+            t, time_unit, self%auxiliary(n)%values, tau(:, :self%order))
          call keep_timed(self%order, tau, self%torque(:, :, i), self%timed)
       end do
    end subroutine expand_timed

@@ -5,7 +5,7 @@ module nutate_wheel_series
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_limits, only: most_inner
-   use nutate_power_series, only: highest_order, inverses
+   use nutate_power_series, only: highest_order, inverses, series_group_t
    use nutate_quaternion, only: cross
    use nutate_series_sum, only: sum_series
    use nutate_series_tail, only: series_tail_t
@@ -32,9 +32,8 @@ module nutate_wheel_series
       real(wp), allocatable, dimension(:, :, :) :: momentum, speeds, torques, works
       !> Constants of each lane: axis, 1/Jw, kg⁻¹ m⁻², and c, N m s; shape (lane, 5, groups).
       real(wp), allocatable :: constants(:, :, :)
-      !> Auxiliary series of the motors, and the first and last of each; shapes (0:highest_order, any), (2, n).
-      real(wp), allocatable, private :: auxiliary(:, :)
-      integer, allocatable, private :: columns(:, :)
+      !> Auxiliary series of each motor; shape (number of wheels).
+      type(series_group_t), allocatable, private :: auxiliary(:)
       !> True for motors that depend on time alone, and for those that act and depend on the motion; shape (n).
       logical, allocatable, private :: is_timed(:), is_led(:)
       !> There are reaction wheels alone, and no motor depends on the motion.
@@ -69,10 +68,10 @@ contains
       class(wheel_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(status_t), intent(inout) :: status
-      integer :: i, j, lane, group, last
+      integer :: i, j, lane, group
       self%n = effects%n_wheels
       if (allocated(self%axes)) deallocate (self%axes, self%constants, self%momentum, self%speeds, self%torques, &
-                                            self%works, self%auxiliary, self%columns, self%omega, self%gamma, &
+                                            self%works, self%auxiliary, self%omega, self%gamma, &
                                             self%is_timed, self%is_led)
       if (self%n == 0) return
       allocate (self%axes(3, self%n), self%omega(3, 0:highest_order), self%gamma(3, 0:highest_order), source=0.0_wp)
@@ -80,9 +79,8 @@ contains
       allocate (self%momentum(4, 0:highest_order, group), self%speeds(4, 0:highest_order, group), &
                 self%torques(4, 0:highest_order, group), self%works(4, 0:highest_order, group), &
                 self%constants(4, 5, group), source=0.0_wp)
-      allocate (self%columns(2, self%n), source=0)
+      allocate (self%auxiliary(self%n))
       allocate (self%is_timed(self%n), self%is_led(self%n), source=.false.)
-      last = 0
       self%asks_no_effect = effects%n_reaction_wheels == self%n
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
@@ -91,7 +89,6 @@ contains
             do j = lane, lane + 1
                self%constants(j, :, group) = [wheel%axis, 1/wheel%inertia, wheel%friction]
             end do
-            self%columns(:, i) = [last + 1, last]
             if (.not. allocated(wheel%motor)) cycle
             if (any(wheel%motor%series_kind() == [NO_SERIES, LINEAR_SERIES, SPACE_SERIES])) then
                status = fail(NUTATE_BAD_ARGUMENT, "the motor '"//trim(wheel%motor%name)// &
@@ -100,11 +97,9 @@ contains
             end if
             self%is_timed(i) = wheel%motor%series_kind() == TIME_SERIES
             self%asks_no_effect = self%asks_no_effect .and. self%is_timed(i)
-            last = last + wheel%motor%auxiliary_series()
-            self%columns(2, i) = last
+            allocate (self%auxiliary(i)%values(0:highest_order, wheel%motor%auxiliary_series()), source=0.0_wp)
          end associate
       end do
-      allocate (self%auxiliary(0:highest_order, last), source=0.0_wp)
    end subroutine prepare
 
    !> Sets the start of a series.
@@ -151,8 +146,7 @@ contains
          self%is_led(i) = .false.
          if (.not. self%driven(i)) cycle
          if (self%is_timed(i)) then
-            call effects%wheels(i)%motor%time_series(t, time_unit, self%auxiliary(:, self%columns(1, i): &
-                                                     self%columns(2, i)), tau(:, :order))
+            call effects%wheels(i)%motor%time_series(t, time_unit, self%auxiliary(i)%values, tau(:, :order))
             self%torques(lane, :order, group) = tau(1, :order)
          else if (.not. allocated(effects%wheels(i)%motor)) then
             self%torques(lane, 0, group) = effects%wheels(i)%command
@@ -251,10 +245,8 @@ contains
       !> N m.
       real(wp), intent(out) :: drive
       real(wp) :: tau(3)
-      associate (columns => self%columns(:, i))
-         call effects%wheels(i)%motor%series_torque(k, self%t, self%time_unit, self%omega(:, 0:k), self%gamma(:, 0:k), &
-                                                    self%auxiliary(:, columns(1):columns(2)), tau)
-      end associate
+      call effects%wheels(i)%motor%series_torque(k, self%t, self%time_unit, self%omega(:, 0:k), self%gamma(:, 0:k), &
+                                                 self%auxiliary(i)%values, tau)
       drive = tau(1)
    end subroutine add_drive
 
@@ -292,12 +284,11 @@ contains
       drive = 0.0_wp
       known = .true.
       if (.not. self%driven(i) .or. size(change) < 9) return
-      associate (motor => effects%wheels(i)%motor, columns => self%columns(:, i))
-         call motor%series_derivative(k, self%t, self%time_unit, self%auxiliary(:, columns(1):columns(2)), derivative, &
-                                      known)
+      associate (motor => effects%wheels(i)%motor)
+         call motor%series_derivative(k, self%t, self%time_unit, self%auxiliary(i)%values, derivative, known)
          if (.not. known) return
          call motor%series_change([change(7), 0.0_wp, 0.0_wp, change(8:9)], k, self%t, self%time_unit, &
-                                  self%gamma(:, 0:k), self%auxiliary(:, columns(1):columns(2)), tau, known)
+                                  self%gamma(:, 0:k), self%auxiliary(i)%values, tau, known)
       end associate
       drive = tau(1)
    end subroutine drive_change
