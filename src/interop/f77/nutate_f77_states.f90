@@ -83,7 +83,7 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    use nutate_f77_interfaces, only: f77_potential
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
    use nutate_f77_check, only: is_attitude, work_fault
-   use nutate_f77_stepping, only: f77_invariants_t, find_invariants
+   use nutate_f77_stepping, only: find_invariants
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
@@ -111,7 +111,6 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    !> (output) 0; -i: argument i is wrong; 4: POT returned a number that is not finite.
    integer, intent(out) :: info
    type(f77_body_t), pointer :: body
-   type(f77_invariants_t) :: found
    info = 0
    if (.not. is_attitude(q)) then
       info = -1
@@ -123,10 +122,6 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    if (info /= 0) return
    body => find_body(work)
    call body%set_potential(pot, iuser, ruser)
-   call find_invariants(body, state_t(q=q, p=p), found, info)
+   call find_invariants(body, state_t(q=q, p=p), e, al, c, info)
    call let_go(body)
-   if (info /= 0) return
-   e = found%energy
-   al = found%momentum
-   c = found%constraints
 end subroutine nuinv

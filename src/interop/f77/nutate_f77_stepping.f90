@@ -3,8 +3,8 @@ module nutate_f77_stepping
    use nutate_body, only: diagonal, make_body
    use nutate_f77_prepared, only: f77_body_t
    use nutate_f77_work, only: AT_ALL_STEPS, AT_BEGUN, AT_CALL, AT_DT, AT_FIRST_TIME, AT_ITERATIONS, AT_MARK, AT_P, &
-      AT_P_COMPENSATION, AT_Q, AT_Q_COMPENSATION, AT_STEPS, AT_T, AT_UNCERTIFIED, AT_WORK, AT_WORK_COMPENSATION, &
-      count_work, fill_work, get_place, place_at, place_t, put_memory, put_place, settings_of, setup_t
+      AT_P_COMPENSATION, AT_Q, AT_Q_COMPENSATION, AT_STEPS, AT_SUBDIVIDED, AT_T, AT_UNCERTIFIED, AT_WORK, &
+      AT_WORK_COMPENSATION, count_work, fill_work, place_at, put_memory, settings_of, setup_t
    use nutate_fixed_steps, only: step_margin
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       system_t, total_energy
@@ -19,7 +19,7 @@ module nutate_f77_stepping
    implicit none
    private
 
-   public :: request_t, f77_invariants_t, needed_size, start_work, go_on, take_steps, find_invariants
+   public :: request_t, needed_size, start_work, go_on, take_steps, find_invariants
 
    !> Largest number of effects that do work: damping and TOR.
    integer, parameter :: most_works = 2
@@ -47,16 +47,6 @@ module nutate_f77_stepping
       real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, p(4) = 0.0_wp
       type(row_store_t) :: store = row_store_t()
    end type request_t
-
-   !> Results of NUINV.
-   type :: f77_invariants_t
-      !> Energies T, V, H, J; shape (3).
-      real(wp) :: energy(3) = 0.0_wp
-      !> Angular momentum L in body and in space axes, N m s; shape (3, 2).
-      real(wp) :: momentum(3, 2) = 0.0_wp
-      !> |q|, q·p; shape (2).
-      real(wp) :: constraints(2) = 0.0_wp
-   end type f77_invariants_t
 
 contains
 
@@ -157,39 +147,21 @@ contains
       call put_memory(body%stepper, work)
    end subroutine store
 
-   !> Performs steps as a run. Errors, `info` > 0, with WORK unchanged: a code of `nutate_status`.
+   !> Performs steps as a run, with rows, and subdivides those that fail. Errors, `info` > 0, with WORK unchanged: a
+   !> code of `nutate_status`.
    subroutine take_steps(request, body, work, info)
       type(request_t), intent(inout) :: request
       !> Body of `work`, with the callbacks of this call.
       type(f77_body_t), intent(inout), target :: body
       real(wp), intent(inout), target :: work(*)
       integer, intent(out) :: info
-      type(place_t) :: place
-      call body%start_again()
-      body%call = body%call + 1
-      call body%recall(work, request%dt, request%t, request%q, request%p)
-      call get_place(work, place)
-      call run_steps(request, body, place, info)
-      if (info /= 0) return
-      body%steps = body%steps + request%n
-      place%all_steps = place%all_steps + request%n
-      call put_place(place, work)
-      call store(body, work)
-      request%t = body%state%t
-      request%q = body%state%q
-      request%p = body%state%p
-   end subroutine take_steps
-
-   !> Performs steps as a run, with rows, and subdivides those that fail. Errors: those of `take_steps`.
-   subroutine run_steps(request, body, place, info)
-      type(request_t), intent(inout) :: request
-      type(f77_body_t), intent(inout), target :: body
-      type(place_t), intent(inout) :: place
-      integer, intent(out) :: info
       type(run_plan_t) :: plan
       type(run_summary_t) :: summary
       type(status_t) :: status
-      integer :: i
+      integer :: i, k
+      call body%start_again()
+      body%call = body%call + 1
+      call body%recall(work, request%dt, request%t, request%q, request%p)
       plan = run_plan_t(time_step=body%dt, end_time=body%first_time + (body%steps + request%n)*body%dt, &
                         every=int(request%every, long), steps_before=int(body%steps, long), &
                         first_time=body%first_time, steps=int(request%n, long))
@@ -198,32 +170,42 @@ contains
       info = status%code
       if (body%failed /= 0) info = NUTATE_NOT_FINITE
       if (info /= 0) return
-      place%iterations = place%iterations + summary%iterations
-      place%subdivided_steps = place%subdivided_steps + summary%subdivided_steps
-      place%uncertified_steps = place%uncertified_steps + summary%uncertified_steps
+      body%steps = body%steps + request%n
+      k = place_at(work)
+      work(k + AT_ALL_STEPS) = work(k + AT_ALL_STEPS) + request%n
+      work(k + AT_ITERATIONS) = work(k + AT_ITERATIONS) + real(summary%iterations, wp)
+      work(k + AT_SUBDIVIDED) = work(k + AT_SUBDIVIDED) + real(summary%subdivided_steps, wp)
+      work(k + AT_UNCERTIFIED) = work(k + AT_UNCERTIFIED) + real(summary%uncertified_steps, wp)
       do i = 1, size(summary%work)
-         call add_increment(place%work, place%work_compensation, summary%work(i))
+         call add_increment(work(k + AT_WORK), work(k + AT_WORK_COMPENSATION), summary%work(i))
       end do
-   end subroutine run_steps
+      call store(body, work)
+      request%t = body%state%t
+      request%q = body%state%q
+      request%p = body%state%p
+   end subroutine take_steps
 
-   !> Computes the results of NUINV. Error, `info` > 0: `NUTATE_NOT_FINITE`.
-   subroutine find_invariants(body, state, found, info)
+   !> Computes the results of NUINV. Error, `info` > 0, with the results unchanged: `NUTATE_NOT_FINITE`.
+   subroutine find_invariants(body, state, energy, momentum, constraints, info)
       !> Body with POT of this call.
       type(f77_body_t), intent(inout), target :: body
       type(state_t), intent(in) :: state
-      type(f77_invariants_t), intent(out) :: found
+      !> T, V, H, J; L in body and in space axes, N m s; |q| and q·p.
+      real(wp), intent(inout) :: energy(3), momentum(3, 2), constraints(2)
       integer, intent(out) :: info
+      real(wp) :: potential
       ! Volatile: the compiler does not expect a pure procedure to change it.
       integer, pointer, volatile :: failed
       failed => body%failed
-      found%energy(2) = potential_energy(body%system%effects, state%q)
+      potential = potential_energy(body%system%effects, state%q)
       info = merge(NUTATE_NOT_FINITE, 0, failed /= 0)
       if (info /= 0) return
-      found%energy(1) = kinetic_energy(body%system, state, body%setup%inverse_j0)
-      found%energy(3) = found%energy(1) + found%energy(2)
-      found%momentum(:, 1) = body_momentum(state)
-      found%momentum(:, 2) = space_momentum(state)
-      found%constraints = [quat_norm(state%q), dot_product(state%q, state%p)]
+      energy(1) = kinetic_energy(body%system, state, body%setup%inverse_j0)
+      energy(2) = potential
+      energy(3) = energy(1) + potential
+      momentum(:, 1) = body_momentum(state)
+      momentum(:, 2) = space_momentum(state)
+      constraints = [quat_norm(state%q), dot_product(state%q, state%p)]
    end subroutine find_invariants
 
    subroutine store_row(self, system, state, record, status)

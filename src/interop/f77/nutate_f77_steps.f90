@@ -77,7 +77,7 @@ end subroutine nuinit
 !> E(3) = T + V of NUINV, is conserved in place of the energy.
 subroutine nufram(w, work, lwork, info)
    use nutate_f77_check, only: work_fault
-   use nutate_f77_work, only: get_place, get_setup, place_t, put_setup, setup_t
+   use nutate_f77_work, only: get_setup, place_at, put_setup, setup_t, AT_BEGUN
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    implicit none
@@ -90,12 +90,10 @@ subroutine nufram(w, work, lwork, info)
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
    type(setup_t) :: setup
-   type(place_t) :: place
    info = merge(0, -1, all(is_moderate(w)))
    if (info == 0) info = work_fault(work, lwork, 2)
    if (info /= 0) return
-   call get_place(work, place)
-   if (place%begun) then
+   if (work(place_at(work) + AT_BEGUN) > 0.5_wp) then
       info = -2
       return
    end if
@@ -207,8 +205,8 @@ end subroutine nurun
 !> NUSTAT returns statistics of the steps since NUINIT.
 subroutine nustat(istat, w, work, lwork, info)
    use nutate_f77_check, only: work_fault
-   use nutate_f77_work, only: get_place, place_t
-   use nutate_kinds, only: wp, long
+   use nutate_f77_work, only: place_at, AT_ALL_STEPS, AT_ITERATIONS, AT_SUBDIVIDED, AT_WORK
+   use nutate_kinds, only: wp
    implicit none
    !> (output) Steps; Newton iterations; steps that had to be subdivided; each at most HUGE(0); dimension (3).
    integer, intent(inout) :: istat(3)
@@ -220,19 +218,19 @@ subroutine nustat(istat, w, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
-   type(place_t) :: place
+   integer :: k
    info = work_fault(work, lwork, 3)
    if (info /= 0) return
-   call get_place(work, place)
-   istat = int(min([place%all_steps, place%iterations, place%subdivided_steps], int(huge(0), long)))
-   w = place%work
+   k = place_at(work)
+   istat = int(min(work(k + [AT_ALL_STEPS, AT_ITERATIONS, AT_SUBDIVIDED]), real(huge(0), wp)))
+   w = work(k + AT_WORK)
 end subroutine nustat
 
 !> NUNCER returns the number of steps since NUINIT that are not certified.
 subroutine nuncer(num, work, lwork, info)
    use nutate_f77_check, only: work_fault
-   use nutate_f77_work, only: get_place, place_t
-   use nutate_kinds, only: wp, long
+   use nutate_f77_work, only: place_at, AT_UNCERTIFIED
+   use nutate_kinds, only: wp
    implicit none
    !> (output) Steps, at most HUGE(0).
    integer, intent(inout) :: num
@@ -242,11 +240,8 @@ subroutine nuncer(num, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
-   type(place_t) :: place
    info = work_fault(work, lwork, 2)
-   if (info /= 0) return
-   call get_place(work, place)
-   num = int(min(place%uncertified_steps, int(huge(0), long)))
+   if (info == 0) num = int(min(work(place_at(work) + AT_UNCERTIFIED), real(huge(0), wp)))
 end subroutine nuncer
 
 !> NUBPOT sets bounds of POT: with them the root of a step can be certified to be that of the true motion (see NUNCER).

@@ -7,16 +7,16 @@ module nutate_f77_work
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_archive, only: archive_t
    use nutate_body, only: body_t
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: wp
    use nutate_number_archive, only: number_archive_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    implicit none
    private
 
    public :: AT_BEGUN, AT_STEPS, AT_DT, AT_FIRST_TIME, AT_T, AT_Q, AT_P, AT_Q_COMPENSATION, AT_P_COMPENSATION, &
-      AT_WORK, AT_WORK_COMPENSATION, AT_ALL_STEPS, AT_ITERATIONS, AT_UNCERTIFIED, AT_MARK, AT_CALL
-   public :: setup_t, place_t, place_at, continues, count_work, is_work, fill_work, get_setup, has_setup, &
-      put_setup, setup_of, get_place, put_place, get_memory, put_memory, count_memory, settings_of
+      AT_WORK, AT_WORK_COMPENSATION, AT_ALL_STEPS, AT_ITERATIONS, AT_SUBDIVIDED, AT_UNCERTIFIED, AT_MARK, AT_CALL
+   public :: setup_t, place_at, continues, count_work, is_work, fill_work, get_setup, has_setup, put_setup, setup_of, &
+      get_memory, put_memory, count_memory, settings_of
 
    !> Set-up from NUINIT, and from NUFRAM, NUBPOT and NUBTOR after it.
    type :: setup_t
@@ -42,22 +42,13 @@ module nutate_f77_work
       procedure :: transfer => transfer_setup
    end type setup_t
 
-   !> Sums over all calls.
-   type :: place_t
-      !> True if a call has succeeded.
-      logical :: begun = .false.
-      !> Work of damping and TOR since NUINIT, J, and the digits that this sum cannot hold.
-      real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
-      !> Since NUINIT: steps, Newton iterations, steps that had to be subdivided, steps with a root that is accepted
-      !> without certification.
-      integer(long) :: all_steps = 0, iterations = 0, subdivided_steps = 0, uncertified_steps = 0
-   end type place_t
-
    !> Bits of the second number of an array that NUINIT has filled: `NUTATE 3` in ASCII.
    integer(int64), parameter :: mark = int(z'4E55544154452033', int64)
    !> Index of the first number of the first part, and count of numbers of the second part.
    integer, parameter :: setup_at = 6, place_size = 29
-   !> Offsets of the values of a `place_t` from the first one.
+   !> Offsets of the values of the second part from the first one. Since NUINIT: work of damping and TOR, J, with the
+   !> digits that this sum cannot hold, steps, Newton iterations, steps that had to be subdivided, steps with a root
+   !> that is accepted without certification.
    integer, parameter :: AT_BEGUN = 0, AT_STEPS = 1, AT_DT = 2, AT_FIRST_TIME = 3, AT_T = 4, AT_Q = 5, AT_P = 9, &
                          AT_Q_COMPENSATION = 13, AT_P_COMPENSATION = 17, AT_WORK = 21, AT_WORK_COMPENSATION = 22, &
                          AT_ALL_STEPS = 23, AT_ITERATIONS = 24, AT_SUBDIVIDED = 25, AT_UNCERTIFIED = 26, AT_MARK = 27, &
@@ -197,35 +188,6 @@ contains
       continues = work(k + AT_BEGUN) > 0.5_wp .and. t == work(k + AT_T) .and. &
                   all(q == work(k + AT_Q:k + AT_Q + 3)) .and. all(p == work(k + AT_P:k + AT_P + 3))
    end function continues
-
-   !> Reads the data at the end of the last call.
-   pure subroutine get_place(work, place)
-      real(wp), intent(in) :: work(*)
-      type(place_t), intent(inout) :: place
-      integer :: k
-      k = place_at(work)
-      place%begun = work(k + AT_BEGUN) > 0.5_wp
-      place%work = work(k + AT_WORK)
-      place%work_compensation = work(k + AT_WORK_COMPENSATION)
-      place%all_steps = int(work(k + AT_ALL_STEPS), long)
-      place%iterations = int(work(k + AT_ITERATIONS), long)
-      place%subdivided_steps = int(work(k + AT_SUBDIVIDED), long)
-      place%uncertified_steps = int(work(k + AT_UNCERTIFIED), long)
-   end subroutine get_place
-
-   !> Writes the data at the end of a call.
-   pure subroutine put_place(place, work)
-      type(place_t), intent(in) :: place
-      real(wp), intent(inout) :: work(*)
-      integer :: k
-      k = place_at(work)
-      work(k + AT_WORK) = place%work
-      work(k + AT_WORK_COMPENSATION) = place%work_compensation
-      work(k + AT_ALL_STEPS) = real(place%all_steps, wp)
-      work(k + AT_ITERATIONS) = real(place%iterations, wp)
-      work(k + AT_SUBDIVIDED) = real(place%subdivided_steps, wp)
-      work(k + AT_UNCERTIFIED) = real(place%uncertified_steps, wp)
-   end subroutine put_place
 
    !> Restores the data that a stepper keeps between steps, from the last call.
    subroutine get_memory(work, stepper)
