@@ -4,13 +4,15 @@
 !> Every handle begins with a mark of its kind. The mark is cleared when the handle is destroyed, so that a destroyed
 !> handle, or one of another kind, is recognised.
 module nutate_c_handles
-   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
    use nutate_bodies, only: movement_t
    use nutate_bodies_drift, only: body_class_t
+   use nutate_c_effects, only: report_failures_to
    use nutate_c_found, only: found_events_t
+   use nutate_c_text, only: message_to_c
    use nutate_chaos, only: chaos_t
    use nutate_kinds, only: wp, long
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_system, only: system_t
    implicit none
    private
@@ -74,99 +76,166 @@ module nutate_c_handles
       module procedure found_system, found_history, found_bodies, found_any
    end interface found
 
-   interface
+contains
 
-      logical module function found_system(address, handle, code) result(is_found)
-         type(c_ptr), intent(in) :: address
-         type(system_handle_t), pointer, intent(inout) :: handle
-         integer(c_int), intent(out), optional :: code
-      end function found_system
+   !> Returns true if an address is that of a handle of one of the kinds.
+   logical function has_mark(address, marks, code)
+      type(c_ptr), intent(in) :: address
+      integer(c_int64_t), intent(in) :: marks(:)
+      integer(c_int), intent(out), optional :: code
+      type(handle_t), pointer :: handle
+      if (present(code)) code = NUTATE_BAD_HANDLE
+      has_mark = c_associated(address)
+      if (.not. has_mark) return
+      call c_f_pointer(address, handle)
+      has_mark = any(handle%mark == marks)
+   end function has_mark
 
-      logical module function found_history(address, handle, code) result(is_found)
-         type(c_ptr), intent(in) :: address
-         type(history_handle_t), pointer, intent(inout) :: handle
-         integer(c_int), intent(out), optional :: code
-      end function found_history
+   logical function found_system(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(system_handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [SYSTEM_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_system
 
-      logical module function found_bodies(address, handle, code) result(is_found)
-         type(c_ptr), intent(in) :: address
-         type(bodies_handle_t), pointer, intent(inout) :: handle
-         integer(c_int), intent(out), optional :: code
-      end function found_bodies
+   logical function found_history(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(history_handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [HISTORY_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_history
 
-      !> Finds a handle of any kind; the pointer gives access to the common part of all handles.
-      logical module function found_any(address, handle, code) result(is_found)
-         type(c_ptr), intent(in) :: address
-         type(handle_t), pointer, intent(inout) :: handle
-         integer(c_int), intent(out), optional :: code
-      end function found_any
+   logical function found_bodies(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(bodies_handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [BODIES_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_bodies
 
-      !> Takes a handle out of the variable of C that holds it, to be freed: clears its mark, and sets the variable to
-      !> null. Returns false if there is nothing to free. Errors: `NUTATE_BAD_ARGUMENT` for no variable,
-      !> `NUTATE_BAD_HANDLE` for a handle of another kind.
-      logical module function is_taken(address, mark, handle, code)
-         type(c_ptr), intent(in) :: address
-         integer(c_int64_t), intent(in) :: mark
-         type(c_ptr), intent(out) :: handle
-         integer(c_int), intent(out) :: code
-      end function is_taken
+   !> Finds a handle of any kind; the pointer gives access to the common part of all handles.
+   logical function found_any(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_any
 
-      !> Returns true if an address is that of a handle of one of the kinds.
-      logical module function has_mark(address, marks, code)
-         type(c_ptr), intent(in) :: address
-         integer(c_int64_t), intent(in) :: marks(:)
-         integer(c_int), intent(out), optional :: code
-      end function has_mark
+   !> Takes a handle out of the variable of C that holds it, to be freed: clears its mark, and sets the variable to
+   !> null. Returns false if there is nothing to free. Errors: `NUTATE_BAD_ARGUMENT` for no variable,
+   !> `NUTATE_BAD_HANDLE` for a handle of another kind.
+   logical function is_taken(address, mark, handle, code)
+      type(c_ptr), intent(in) :: address
+      integer(c_int64_t), intent(in) :: mark
+      type(c_ptr), intent(out) :: handle
+      integer(c_int), intent(out) :: code
+      type(c_ptr), pointer :: slot
+      type(handle_t), pointer :: any_handle
+      is_taken = .false.
+      handle = c_null_ptr
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, slot)
+      code = NUTATE_OK
+      if (.not. c_associated(slot)) return
+      is_taken = has_mark(slot, [mark], code)
+      if (.not. is_taken) return
+      call c_f_pointer(slot, any_handle)
+      call erase_mark(any_handle%mark)
+      handle = slot
+      slot = c_null_ptr
+      code = NUTATE_OK
+   end function is_taken
 
-      !> Returns the variable in which C keeps a handle, set to null; null if there is no variable.
-      module function open_slot(address) result(slot)
-         !> Address of the variable, of type `nutate_...**`.
-         type(c_ptr), intent(in) :: address
-         type(c_ptr), pointer :: slot
-      end function open_slot
+   !> Returns the variable in which C keeps a handle, set to null; null if there is no variable.
+   function open_slot(address) result(slot)
+      !> Address of the variable, of type `nutate_...**`.
+      type(c_ptr), intent(in) :: address
+      type(c_ptr), pointer :: slot
+      slot => null()
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, slot)
+      slot = c_null_ptr
+   end function open_slot
 
-      !> Copies a system; the callbacks of the copy report their failures to a cell.
-      module subroutine copy_system(from, to, cell)
-         type(system_t), intent(in) :: from
-         type(system_t), intent(inout) :: to
-         !> Address of two `int`, or null.
-         type(c_ptr), intent(in) :: cell
-      end subroutine copy_system
+   !> Clears the mark of a handle that is about to be freed; volatile, so that the compiler does not omit the write.
+   subroutine erase_mark(mark)
+      integer(c_int64_t), intent(inout), volatile :: mark
+      mark = 0
+   end subroutine erase_mark
 
-      !> Makes room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
-      module subroutine make_room(history, status)
-         type(history_handle_t), intent(inout) :: history
-         type(status_t), intent(inout) :: status
-      end subroutine make_room
+   !> Copies a system; the callbacks of the copy report their failures to a cell.
+   subroutine copy_system(from, to, cell)
+      type(system_t), intent(in) :: from
+      type(system_t), intent(inout) :: to
+      !> Address of two `int`, or null.
+      type(c_ptr), intent(in) :: cell
+      to%body = from%body
+      call to%effects%append(from%effects)
+      call report_failures_to(to%effects, cell)
+   end subroutine copy_system
 
-      !> Returns the status for an argument that is null and must not be.
-      pure module function null_argument(name) result(status)
-         character(len=*), intent(in) :: name
-         type(status_t) :: status
-      end function null_argument
+   !> Makes room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
+   subroutine make_room(history, status)
+      type(history_handle_t), intent(inout) :: history
+      type(status_t), intent(inout) :: status
+      real(wp), allocatable :: grown(:, :)
+      integer(c_size_t), parameter :: first_room = 1024
+      integer :: failed
+      if (.not. allocated(history%values)) allocate (history%values(history%width, 0))
+      if (history%rows < size(history%values, 2, c_size_t)) return
+      allocate (grown(history%width, max(first_room, 2*history%rows)), stat=failed)
+      if (failed /= 0) then
+         status = fail(NUTATE_NO_MEMORY, 'not enough memory for so many rows')
+         return
+      end if
+      grown(:, 1:history%rows) = history%values
+      call move_alloc(grown, history%values)
+   end subroutine make_room
 
-      !> Stores a status in a handle and returns its code.
-      integer(c_int) module function conclude(handle, status) result(code)
-         class(handle_t), intent(inout) :: handle
-         type(status_t), intent(in) :: status
-      end function conclude
+   !> Returns the status for an argument that is null and must not be.
+   pure function null_argument(name) result(status)
+      character(len=*), intent(in) :: name
+      type(status_t) :: status
+      status = fail(NUTATE_BAD_ARGUMENT, 'the argument '//name//' is NULL', name)
+   end function null_argument
 
-      !> Writes the message of a status into a buffer and returns its code.
-      integer(c_int) module function report(status, buffer, size, whole) result(code)
-         type(status_t), intent(in) :: status
-         type(c_ptr), intent(in) :: buffer
-         integer(c_size_t), intent(in) :: size
-         !> Complete message, which is used if the status has its shortened form.
-         character(len=:), allocatable, intent(in), optional :: whole
-      end function report
+   !> Stores a status in a handle and returns its code.
+   integer(c_int) function conclude(handle, status) result(code)
+      class(handle_t), intent(inout) :: handle
+      type(status_t), intent(in) :: status
+      handle%status = status
+      code = status%code
+   end function conclude
 
-      !> Returns the message of a status, or the complete message if the status has its shortened form.
-      pure module function whole_message(status, whole) result(message)
-         type(status_t), intent(in) :: status
-         character(len=:), allocatable, intent(in) :: whole
-         character(len=:), allocatable :: message
-      end function whole_message
+   !> Writes the message of a status into a buffer and returns its code.
+   integer(c_int) function report(status, buffer, size, whole) result(code)
+      type(status_t), intent(in) :: status
+      type(c_ptr), intent(in) :: buffer
+      integer(c_size_t), intent(in) :: size
+      !> Complete message, which is used if the status has its shortened form.
+      character(len=:), allocatable, intent(in), optional :: whole
+      if (present(whole)) then
+         call message_to_c(whole_message(status, whole), buffer, size)
+      else
+         call message_to_c(status%message, buffer, size)
+      end if
+      code = status%code
+   end function report
 
-   end interface
+   !> Returns the message of a status, or the complete message if the status has its shortened form.
+   pure function whole_message(status, whole) result(message)
+      type(status_t), intent(in) :: status
+      character(len=:), allocatable, intent(in) :: whole
+      character(len=:), allocatable :: message
+      type(status_t) :: short
+      message = trim(status%message)
+      if (status%ok() .or. .not. allocated(whole)) return
+      short = fail(status%code, whole)
+      if (short%message == status%message) message = whole
+   end function whole_message
 
 end module nutate_c_handles
