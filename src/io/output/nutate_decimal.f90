@@ -9,7 +9,7 @@ module nutate_decimal
    implicit none
    private
 
-   public :: decimal_t, decimal_length, append_rounded, exact_text, rounded_text
+   public :: decimal_t, decimal_length, append_rounded, exact_text, multiply, rounded_text
 
    !> Length of the longest number.
    integer, parameter :: decimal_length = 24

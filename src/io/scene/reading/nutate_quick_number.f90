@@ -1,6 +1,7 @@
 !> Numbers of long tables, read quickly: as integers times a power of ten, only if the rounding is certain.
 module nutate_quick_number
    use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_decimal, only: multiply
    use nutate_kinds, only: wp
    implicit none
    private
@@ -114,7 +115,7 @@ contains
       integer, intent(in) :: power
       real(wp), intent(out) :: value
       logical, intent(out) :: done
-      real(wp) :: high, low
+      real(wp) :: high, low, product, error
       integer :: rest, part
 
       high = real(mantissa, wp)
@@ -123,7 +124,9 @@ contains
       do while (rest > 0)
          part = min(rest, most_power)
          if (power > 0) then
-            call multiply(powers(part), high, low)
+            call multiply(high, low, powers(part), 0.0_wp, product, error)
+            high = product
+            low = error
          else
             call divide(powers(part), high, low)
          end if
@@ -133,41 +136,15 @@ contains
       done = .not. abs((high + low*(1 + doubt)) - high) > 0.0_wp
    end subroutine scale
 
-   pure subroutine multiply(factor, high, low)
-      real(wp), intent(in) :: factor
-      real(wp), intent(inout) :: high, low
-      real(wp) :: product, rest
-      call exact_product(high, factor, product, rest)
-      rest = rest + low*factor
-      high = product + rest
-      low = rest - (high - product)
-   end subroutine multiply
-
    pure subroutine divide(divisor, high, low)
       real(wp), intent(in) :: divisor
       real(wp), intent(inout) :: high, low
       real(wp) :: quotient, product, rest
       quotient = high/divisor
-      call exact_product(quotient, divisor, product, rest)
+      call multiply(quotient, 0.0_wp, divisor, 0.0_wp, product, rest)
       rest = (((high - product) - rest) + low)/divisor
       high = quotient + rest
       low = rest - (high - quotient)
    end subroutine divide
-
-   !> a b = product + rest (T. Dekker, Numerische Mathematik 18 (1971) 224).
-   pure subroutine exact_product(a, b, product, rest)
-      real(wp), intent(in) :: a, b
-      real(wp), intent(out) :: product, rest
-      real(wp), parameter :: splitter = 2.0_wp**27 + 1
-      real(wp) :: a1, a2, b1, b2
-      a1 = splitter*a
-      a1 = a1 - (a1 - a)
-      a2 = a - a1
-      b1 = splitter*b
-      b1 = b1 - (b1 - b)
-      b2 = b - b1
-      product = a*b
-      rest = ((a1*b1 - product) + a1*b2 + a2*b1) + a2*b2
-   end subroutine exact_product
 
 end module nutate_quick_number
