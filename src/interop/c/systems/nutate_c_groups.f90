@@ -24,8 +24,7 @@ module nutate_c_groups
    implicit none
    private
 
-   public :: make_body_of, add_effect_of, add_groups, add_motor_of, parse_events, &
-      parse_motor_keys, parse_system, parse_table_keys
+   public :: make_body_of, add_effect_of, add_motor_of, build_system, parse_events, parse_motor_keys, parse_table_keys
 
 contains
 
@@ -59,26 +58,6 @@ contains
       if (.not. error%raised) call build_effects(groups, system, error)
       if (error%raised) status = fail(error%code, error%text)
    end subroutine add_effect_of
-
-   !> Adds the effects of a string in the format of a scene. Errors: `NUTATE_BAD_SCENE`; no effect is added then.
-   subroutine add_groups(text, system, status, whole)
-      character(len=*), intent(in) :: text
-      type(system_t), intent(inout) :: system
-      type(status_t), intent(out) :: status
-      !> Complete error message, if there is an error.
-      character(len=:), allocatable, intent(inout) :: whole
-      call build_system(text, .false., system, status, whole)
-   end subroutine add_groups
-
-   !> Makes the body and the effects of a string in the format of a scene. Errors: `NUTATE_BAD_SCENE`.
-   subroutine parse_system(text, system, status, whole)
-      character(len=*), intent(in) :: text
-      type(system_t), intent(inout) :: system
-      type(status_t), intent(out) :: status
-      !> Complete error message, if there is an error.
-      character(len=:), allocatable, intent(inout) :: whole
-      call build_system(text, .true., system, status, whole)
-   end subroutine parse_system
 
    !> Reads the events of a string in the format of a scene, with columns or without. Errors: `NUTATE_BAD_SCENE`.
    subroutine parse_events(text, with_columns, effects, accuracy, events, status, whole)
@@ -235,13 +214,15 @@ contains
       end do
    end subroutine check_alone
 
-   !> Adds the body and the effects of a string. Errors: `NUTATE_BAD_SCENE`, with no effect added.
+   !> Makes the body and the effects of a string in the format of a scene, or adds its effects alone. Errors:
+   !> `NUTATE_BAD_SCENE`, with no effect added.
    subroutine build_system(text, with_body, system, status, whole)
       character(len=*), intent(in) :: text
       !> True if the string begins the system with a body; else it has effects only.
       logical, intent(in) :: with_body
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
+      !> Complete error message, if there is an error.
       character(len=:), allocatable, intent(inout) :: whole
       type(group_t), allocatable :: groups(:)
       type(scene_error_t) :: error

@@ -5,7 +5,7 @@ module nutate_c_system
    use nutate_admissible, only: admits, ANY_DIRECTION
    use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: c_curved_potential_t, c_potential_t, c_torque_t
-   use nutate_c_groups, only: add_groups, make_body_of, parse_system
+   use nutate_c_groups, only: build_system, make_body_of
    use nutate_c_handles, only: conclude, copy_system, found, is_taken, null_argument, open_slot, report, &
       system_handle_t, SYSTEM_MARK
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
@@ -96,7 +96,7 @@ contains
       else
          call copy_text(text, content)
          call lock_texts()
-         call parse_system(content, built, status, whole)
+         call build_system(content, .true., built, status, whole)
          call unlock_texts()
          if (status%ok()) call keep_system(built, slot, status)
       end if
@@ -154,7 +154,7 @@ contains
       if (c_associated(text)) then
          call copy_text(text, content)
          call lock_texts()
-         call add_groups(content, handle%system, status, handle%text)
+         call build_system(content, .false., handle%system, status, handle%text)
          call unlock_texts()
       else
          status = null_argument('text')
