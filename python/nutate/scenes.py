@@ -220,10 +220,8 @@ class RowRun:
     def plan(self, end_time: float, every: int, interval: float, times: Optional[Array]) -> None:
         """Sets what the run needs; `times` must live as long as the run."""
         try:
-            if times is None:
-                PLAN.pack_into(self._run, 0, end_time, every, interval, 0, 0)
-            else:
-                PLAN.pack_into(self._run, 0, end_time, every, interval, times.ctypes.data, times.size)
+            given = (0, 0) if times is None else (times.ctypes.data, times.size)
+            PLAN.pack_into(self._run, 0, end_time, every, interval, *given)
         except struct.error as error:
             raise refusal(f"every is {every} (expected 1 to {2**63 - 1})") from error
 

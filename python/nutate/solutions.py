@@ -262,25 +262,8 @@ class Solution(Exchange):
 
     def __init__(self, columns: dict[str, Array], sol: Optional[Motion], **facts: Any) -> None:
         super().__init__(columns)
-        self._sol = sol
-        self.status = facts["status"]
-        self.message = facts["message"]
-        self.method = facts["method"]
-        self.n_steps = facts["n_steps"]
-        self.uncertified_steps = facts["uncertified_steps"]
-        self.errors = facts["errors"]
-        self.accuracy_reached = facts["accuracy_reached"]
-        self.t_events = facts["t_events"]
-        self.q_events = facts["q_events"]
-        self.omega_events = facts["omega_events"]
-        self.system = facts["system"]
-        self.sensitivity = facts.get("sensitivity")
+        vars(self).update(facts, _sol=sol)
         self.free = self.sensitivity.names if self.sensitivity is not None else ()
-        self.exponents = facts["exponents"]
-        self.megno = facts["megno"]
-        self.fli = facts["fli"]
-        self.events = facts["events"]
-        self._labels = facts["labels"]
         self.q = stacked(columns, "q", range(4))
         self.omega = stacked(columns, "omega", range(1, 4))
         self.energy = {name: columns[name] for name in ("kinetic", "potential", "total", "work", "energy_residual")}
@@ -428,7 +411,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         sol = Motion(stepper, branch, ends) if dense_output and len(ends["t"]) else None
         columns = ends if sol is None or times is None else sol.rows(times[(times >= sol.t_min) & (times <= sol.t_max)])
         sensitivity = None if free is None else Sensitivity(ends, partial(rows_at, columns) if sol is None else sol.rows)
-        return Solution(columns, sol, system=copy.copy(body), labels=labels, method=stepper.get("method"),
+        return Solution(columns, sol, system=copy.copy(body), _labels=labels, method=stepper.get("method"),
                         n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), uncertified_steps=stepper.uncertified_steps,
                         sensitivity=sensitivity, exponents=ends.exponents, megno=ends.megno, fli=ends.fli,
                         errors=errors_of(stepper, columns, ends.estimated_error), accuracy_reached=ends.accuracy_reached,
