@@ -281,11 +281,7 @@ contains
          type(reduced_equations_t) :: equations
          real(wp) :: f(3), rows(3, 3), determinant, before(3), last(3)
          integer :: k, i
-         call equations%forces%prepare(system%effects, .true.)
-         if (system%effects%n_spheres > 0) then
-            allocate (equations%spheres)
-            call equations%spheres%prepare(system%effects)
-         end if
+         call equations%prepare(system%effects)
          before = 0.0_wp
          r = 0.0_wp
          followed = .true.

@@ -8,18 +8,17 @@
 module nutate_implicit_step
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
-   use nutate_continuation, only: continuation_t, root_t
+   use nutate_continuation, only: continuation_t, root_acceptance_t, root_t
    use nutate_hamiltonian, only: system_t, time_dependent_work
-   use nutate_implicit_equations, only: implicit_equations_t
    use nutate_kinds, only: wp, eps
-   use nutate_newton_increment, only: has_converged, increment_t, most_cancellation, usual_cancellation
-   use nutate_predictor, only: most_unknowns
+   use nutate_predictor, only: most_unknowns, predictor_t
    use nutate_range, only: check_start, check_system
-   use nutate_root_proof, only: BEYOND_PROOF, CERTIFIED
+   use nutate_root_proof, only: BEYOND_PROOF, CERTIFIED, root_proof_t
    use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH
+   use nutate_stepper, only: stepper_t
    use nutate_varying_inertia, only: check_inertia_at
    implicit none
    private
@@ -44,11 +43,68 @@ module nutate_implicit_step
    character(len=*), parameter :: too_long = 'the step is too long to follow the motion', &
                                   no_convergence = 'the Newton iteration of the step did not converge'
 
-   !> A step whose unknowns solve equations. `advance` allocates nothing.
-   type, abstract, extends(implicit_equations_t) :: implicit_stepper_t
+   !> Relative increment that is round-off of the residual: of a sum and a product.
+   real(wp), parameter :: round_off = 2*eps
+   !> Relative increment below which an iteration that no longer falls has reached round-off, of sums whose terms may be
+   !> so many times the result.
+   real(wp), parameter :: usual_cancellation = 1e4_wp
+   !> Factor between terms and result above which the root of a needle has lost so many digits of the rotation about it
+   !> that its energy is no longer kept to round-off.
+   real(wp), parameter :: most_cancellation = 1e6_wp
+
+   !> Size of a Newton increment, and reasons to end the iteration.
+   type :: increment_t
+      !> Largest entry of the increment, and of the unknowns.
+      real(wp) :: size = huge(1.0_wp), length = 0.0_wp
+      !> Largest entry of the part of the increment that is the attitude's, rad of half the turn.
+      real(wp) :: attitude = 0.0_wp
+      !> The unknowns left all bounds.
+      logical :: diverged = .false.
+      !> A bound says that no further increment would change anything.
+      logical :: is_last = .false.
+   end type increment_t
+
+   !> A step whose unknowns solve equations; a form of them adds its mathematics. `advance` allocates nothing.
+   type, abstract, extends(stepper_t) :: implicit_stepper_t
+      type(predictor_t) :: predictor
+      type(root_proof_t) :: proof
+      type(root_acceptance_t) :: acceptance
+      !> Determinant of the Jacobian last computed, over that of a very short step.
+      real(wp) :: determinant = 0.0_wp
+      !> Step to which the kept part of the Jacobian belongs, s; 0: there is none that is worth keeping.
+      real(wp) :: kept_dt = 0.0_wp
+      !> How many times the result the terms of the equations linearized last can be.
+      real(wp) :: cancellation = usual_cancellation
+      !> The stage started is on the constraint manifold and stays there, as the proof of a root assumes.
+      logical :: on_manifold = .true.
+      !> The next step is the first since `prepare`.
+      logical :: untested = .true.
       !> Iterations of a step above which the next one starts with a new Jacobian.
       integer, private :: slow = 0
    contains
+      !> Sets the state and the length of a step. Refuses states that the form cannot move.
+      procedure(start_equations), deferred :: start
+      !> Chooses units for a step that was started and for which no Jacobian was kept.
+      procedure(choose_units), deferred :: scale_unknowns
+      !> The unknowns of a step with the rates of its start.
+      procedure(extrapolate), deferred :: explicit_guess
+      !> One increment of the modified Newton iteration.
+      procedure(correct_unknowns), deferred :: correct
+      !> A new Jacobian, with its determinant.
+      procedure(linearize_equations), deferred :: linearize
+      !> b0 = ¼Δt J⁻¹(L0 - h), the b of a step whose momentum stays.
+      procedure(find_start_vector), deferred :: get_start_vector
+      !> The unknowns that belong to a b.
+      procedure(find_unknowns), deferred :: unknowns_of
+      !> The b of a root: the vector of its Cayley map.
+      procedure(find_cayley_vector), deferred :: get_cayley_vector
+      !> Moves the state to the end of the step.
+      procedure(move_state), deferred :: finish
+      !> Writes or reads the data that the form keeps beside unknowns.
+      procedure(transfer_more), deferred :: transfer_form
+      !> Writes the same as numbers, and reads it.
+      procedure(put_numbers), deferred :: put_form
+      procedure(take_numbers), deferred :: take_form
       !> To be called by the form's `set_up`.
       procedure, non_overridable :: begin
       procedure :: advance
@@ -57,6 +113,118 @@ module nutate_implicit_step
       procedure :: take_memory
       procedure :: forget_steps
    end type implicit_stepper_t
+
+   abstract interface
+      !> Errors: `NUTATE_BAD_ARGUMENT`.
+      subroutine start_equations(self, system, state, dt, window_time, status)
+         import :: implicit_stepper_t, system_t, state_t, status_t, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         !> s, and the time that decides which torques act, s.
+         real(wp), intent(in) :: dt, window_time
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine start_equations
+
+      !> Errors: `NUTATE_OFF_BRANCH` where the body turns beyond all bounds in the step.
+      subroutine choose_units(self, system, state, dt, window_time, status)
+         import :: implicit_stepper_t, system_t, state_t, status_t, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         real(wp), intent(in) :: dt, window_time
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine choose_units
+
+      subroutine extrapolate(self, system, z)
+         import :: implicit_stepper_t, system_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         real(wp), intent(out) :: z(most_unknowns)
+      end subroutine extrapolate
+
+      !> Errors: `NUTATE_SINGULAR`, `NUTATE_OFF_BRANCH` for effects too strong for the step.
+      subroutine correct_unknowns(self, system, z, increment, status)
+         import :: implicit_stepper_t, system_t, increment_t, status_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         real(wp), intent(inout) :: z(most_unknowns)
+         !> The previous one on entry.
+         type(increment_t), intent(inout) :: increment
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine correct_unknowns
+
+      !> Errors as for `correct`.
+      subroutine linearize_equations(self, system, z, status)
+         import :: implicit_stepper_t, system_t, status_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         real(wp), intent(in) :: z(most_unknowns)
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine linearize_equations
+
+      pure subroutine find_cayley_vector(self, z, b)
+         import :: implicit_stepper_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         real(wp), intent(in) :: z(most_unknowns)
+         !> b = ¼Δt Ω̄, body axes; shape (3).
+         real(wp), intent(out) :: b(3)
+      end subroutine find_cayley_vector
+
+      pure subroutine find_start_vector(self, system, b)
+         import :: implicit_stepper_t, system_t, wp
+         class(implicit_stepper_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         !> Body axes; shape (3).
+         real(wp), intent(out) :: b(3)
+      end subroutine find_start_vector
+
+      pure subroutine find_unknowns(self, system, b, z)
+         import :: implicit_stepper_t, system_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         !> b = ¼Δt Ω̄, body axes; shape (3).
+         real(wp), intent(in) :: b(3)
+         real(wp), intent(out) :: z(most_unknowns)
+      end subroutine find_unknowns
+
+      subroutine move_state(self, system, state, dt, z)
+         import :: implicit_stepper_t, system_t, state_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(inout) :: state
+         real(wp), intent(in) :: dt
+         !> The root, for which `get_cayley_vector` was asked last.
+         real(wp), intent(in) :: z(most_unknowns)
+      end subroutine move_state
+
+      subroutine transfer_more(self, archive)
+         import :: implicit_stepper_t, archive_t
+         class(implicit_stepper_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine transfer_more
+
+      !> `used` numbers are in use before and after.
+      subroutine put_numbers(self, room, numbers, used)
+         import :: implicit_stepper_t, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         integer, intent(in) :: room
+         real(wp), intent(inout) :: numbers(room)
+         integer, intent(inout) :: used
+      end subroutine put_numbers
+
+      subroutine take_numbers(self, room, numbers, used)
+         import :: implicit_stepper_t, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         integer, intent(in) :: room
+         real(wp), intent(in) :: numbers(room)
+         integer, intent(inout) :: used
+      end subroutine take_numbers
+   end interface
 
 contains
 
@@ -352,6 +520,26 @@ contains
          status = fail(NUTATE_NOT_CONVERGED, no_convergence)
       end if
    end subroutine iterate
+
+   !> True if a further increment would change nothing: the present one is below the tolerance, or, by default, so far
+   !> down at round-off that even at the slowest rate the next is below it, or the increments stopped falling at that
+   !> level. How fast they fell so far says nothing of those in directions not yet seen: trusting it makes energy drift.
+   pure logical function has_converged(increment, previous, tolerance, cancellation)
+      type(increment_t), intent(in) :: increment
+      !> Largest entry of the previous increment.
+      real(wp), intent(in) :: previous
+      !> 0: until the increment stops falling.
+      real(wp), intent(in) :: tolerance
+      !> How many times the result terms of the equations can be.
+      real(wp), intent(in) :: cancellation
+      associate (size => increment%size, length => increment%length)
+         if (tolerance > 0.0_wp) then
+            has_converged = size <= tolerance*length
+         else
+            has_converged = size <= round_off*length .or. (size > 0.5_wp*previous .and. size <= cancellation*eps*length)
+         end if
+      end associate
+   end function has_converged
 
    !> The next step is predicted, and its Jacobian taken, afresh.
    subroutine forget_steps(self)

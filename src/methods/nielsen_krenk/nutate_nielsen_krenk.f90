@@ -11,12 +11,14 @@ module nutate_nielsen_krenk
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
    use nutate_limits, only: greatest_number, is_moderate, in_words, least_size
    use nutate_small_products, only: times_vector
+   use nutate_sphere_steps, only: prepare_spheres
    use nutate_state, only: state_t, add_rotated
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_step_tangent, only: conserving_step_t
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
+   use nutate_wheel_steps, only: prepare_wheels
    implicit none
    private
 
@@ -96,16 +98,8 @@ contains
       if (.not. status%ok()) return
       call self%begin(system, most_unknowns, slow, status)
       call self%equations%forces%prepare(system%effects, settings%projection)
-      if (allocated(self%equations%wheels)) deallocate (self%equations%wheels)
-      if (system%effects%n_wheels > 0) then
-         allocate (self%equations%wheels)
-         call self%equations%wheels%prepare(system%effects)
-      end if
-      if (allocated(self%equations%spheres)) deallocate (self%equations%spheres)
-      if (system%effects%n_spheres > 0) then
-         allocate (self%equations%spheres)
-         call self%equations%spheres%prepare(system%effects)
-      end if
+      call prepare_wheels(system%effects, self%equations%wheels)
+      call prepare_spheres(system%effects, self%equations%spheres)
       self%equations%scaled = .false.
    end subroutine set_up
 
@@ -349,7 +343,7 @@ contains
    subroutine put_form(self, room, numbers, used)
       class(nielsen_krenk_t), intent(inout) :: self
       integer, intent(in) :: room
-      real(wp), intent(inout), target :: numbers(room)
+      real(wp), intent(inout) :: numbers(room)
       integer, intent(inout) :: used
       integer :: j
       numbers(used + 1) = self%equations%momentum_unit
@@ -363,7 +357,7 @@ contains
    subroutine take_form(self, room, numbers, used)
       class(nielsen_krenk_t), intent(inout) :: self
       integer, intent(in) :: room
-      real(wp), intent(in), target :: numbers(room)
+      real(wp), intent(in) :: numbers(room)
       integer, intent(inout) :: used
       integer :: j
       self%equations%momentum_unit = numbers(used + 1)

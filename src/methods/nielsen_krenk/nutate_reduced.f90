@@ -81,18 +81,7 @@ contains
          return
       end if
       call self%begin(system, 3, slow, status)
-      call self%equations%forces%prepare(system%effects, .true.)
-      if (allocated(self%equations%wheels)) deallocate (self%equations%wheels)
-      if (system%effects%n_wheels > 0) then
-         allocate (self%equations%wheels)
-         call self%equations%wheels%prepare(system%effects)
-      end if
-      if (allocated(self%equations%spheres)) deallocate (self%equations%spheres)
-      if (system%effects%n_spheres > 0) then
-         allocate (self%equations%spheres)
-         call self%equations%spheres%prepare(system%effects)
-      end if
-      self%equations%dt = 0.0_wp
+      call self%equations%prepare(system%effects)
    end subroutine set_up
 
    !> The equations of a step. Refuses a first state off the constraint manifold, and later ones that were broken since.
@@ -289,7 +278,7 @@ contains
    subroutine put_form(self, room, numbers, used)
       class(reduced_t), intent(inout) :: self
       integer, intent(in) :: room
-      real(wp), intent(inout), target :: numbers(room)
+      real(wp), intent(inout) :: numbers(room)
       integer, intent(inout) :: used
       if (self%equations%forces%active) numbers(used + 1:used + 9) = reshape(self%equations%by_forces, [9])
       used = used + 9
@@ -300,7 +289,7 @@ contains
    subroutine take_form(self, room, numbers, used)
       class(reduced_t), intent(inout) :: self
       integer, intent(in) :: room
-      real(wp), intent(in), target :: numbers(room)
+      real(wp), intent(in) :: numbers(room)
       integer, intent(inout) :: used
       if (self%equations%forces%active) self%equations%by_forces = reshape(numbers(used + 1:used + 9), [3, 3])
       used = used + 9

@@ -19,13 +19,14 @@ module nutate_reduced_equations
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp
    use nutate_discrete_forces, only: discrete_forces_t
+   use nutate_effect_list, only: effect_list_t
    use nutate_frame_turn, only: frame_turn_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_product
    use nutate_small_products, only: times_columns, times_vector
-   use nutate_sphere_steps, only: sphere_steps_t
+   use nutate_sphere_steps, only: prepare_spheres, sphere_steps_t
    use nutate_state, only: add_increment, add_rotated, state_t
    use nutate_system, only: inertia_at, inverse_inertia_at, system_t
-   use nutate_wheel_steps, only: wheel_steps_t
+   use nutate_wheel_steps, only: prepare_wheels, wheel_steps_t
    implicit none
    private
 
@@ -76,6 +77,8 @@ module nutate_reduced_equations
       type(wheel_steps_t), allocatable :: wheels
       type(sphere_steps_t), allocatable :: spheres
    contains
+      !> Stores the effects of a system.
+      procedure :: prepare
       !> Sets the step's length.
       procedure :: set_step
       !> Starts a step from a state.
@@ -106,6 +109,16 @@ module nutate_reduced_equations
    end type reduced_equations_t
 
 contains
+
+   !> Stores the effects of a system.
+   pure subroutine prepare(self, effects)
+      class(reduced_equations_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      call self%forces%prepare(effects, .true.)
+      call prepare_wheels(effects, self%wheels)
+      call prepare_spheres(effects, self%spheres)
+      self%dt = 0.0_wp
+   end subroutine prepare
 
    !> Sets the step's length, and the inertia.
    pure subroutine set_step(self, system, dt, middle)

@@ -6,7 +6,7 @@ module nutate_root_proof
    use nutate_kinds, only: wp
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_root_certificate, only: all_bounds_t, root_certificate_t
-   use nutate_sphere_steps, only: sphere_steps_t
+   use nutate_sphere_steps, only: prepare_spheres, sphere_steps_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -72,15 +72,11 @@ contains
       end associate
       call self%certificate%set_up(system)
       if (allocated(self%forces)) deallocate (self%forces)
-      if (allocated(self%spheres)) deallocate (self%spheres)
       if (system%effects%n_potentials + system%effects%n_torques + system%effects%n_spheres > 0) then
          allocate (self%forces)
          call self%forces%prepare(system%effects, .true.)
       end if
-      if (system%effects%n_spheres > 0) then
-         allocate (self%spheres)
-         call self%spheres%prepare(system%effects)
-      end if
+      call prepare_spheres(system%effects, self%spheres)
       self%length = 0.0_wp
    end subroutine set_up
 

@@ -19,7 +19,7 @@ module nutate_sphere_steps
    implicit none
    private
 
-   public :: sphere_steps_t, turned_back, rotation_change
+   public :: sphere_steps_t, prepare_spheres, turned_back, rotation_change
 
    !> Least value of 1 + ½Δt c/I: in a longer step back in time, friction would drive the sphere through a singularity.
    real(wp), parameter :: least_divisor = 0.1_wp
@@ -44,8 +44,6 @@ module nutate_sphere_steps
       logical :: turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp, half_turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
    contains
-      !> Stores the spheres of a system.
-      procedure :: prepare
       !> Sets the length of a step.
       procedure :: set_step
       !> Starts a step.
@@ -60,15 +58,16 @@ module nutate_sphere_steps
 
 contains
 
-   !> Stores the spheres of a system.
-   pure subroutine prepare(self, effects)
-      class(sphere_steps_t), intent(inout) :: self
+   !> Stores the spheres of a system; not allocated if there are none.
+   pure subroutine prepare_spheres(effects, spheres)
       type(effect_list_t), intent(in) :: effects
-      self%n = effects%n_spheres
-      self%before = effects%n_reaction_wheels
-      self%turns = effects%frame_turns
-      self%dt = 0.0_wp
-   end subroutine prepare
+      type(sphere_steps_t), allocatable, intent(out) :: spheres
+      if (effects%n_spheres == 0) return
+      allocate (spheres)
+      spheres%n = effects%n_spheres
+      spheres%before = effects%n_reaction_wheels
+      spheres%turns = effects%frame_turns
+   end subroutine prepare_spheres
 
    !> Sets the length of a step, s.
    pure subroutine set_step(self, effects, dt)

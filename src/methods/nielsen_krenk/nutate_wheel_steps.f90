@@ -18,7 +18,7 @@ module nutate_wheel_steps
    implicit none
    private
 
-   public :: wheel_steps_t
+   public :: wheel_steps_t, prepare_wheels
 
    !> Least value of 1 + ½Δt c/Jw: in a longer step back in time, friction would drive the wheel through a singularity.
    real(wp), parameter :: least_divisor = 0.1_wp
@@ -40,8 +40,6 @@ module nutate_wheel_steps
          asked(most_wheels) = 0.0_wp
       logical :: drives(most_wheels) = .false.
    contains
-      !> Stores the wheels of a system.
-      procedure :: prepare
       !> Sets the length of a step.
       procedure :: set_step
       !> Starts a step.
@@ -54,21 +52,15 @@ module nutate_wheel_steps
 
 contains
 
-   !> Stores the wheels of a system.
-   pure subroutine prepare(self, effects)
-      class(wheel_steps_t), intent(inout) :: self
+   !> Stores the wheels of a system; not allocated if there are neither wheels nor spheres.
+   pure subroutine prepare_wheels(effects, wheels)
       type(effect_list_t), intent(in) :: effects
-      integer :: i
-      self%n = effects%n_reaction_wheels
-      self%rubs = .false.
-      do i = 1, self%n
-         if (effects%wheels(i)%friction > 0.0_wp) self%rubs = .true.
-      end do
-      self%dt = 0.0_wp
-      self%is_short = .true.
-      self%coupling = 0.0_wp
-      self%share = 1.0_wp
-   end subroutine prepare
+      type(wheel_steps_t), allocatable, intent(out) :: wheels
+      if (effects%n_wheels == 0) return
+      allocate (wheels)
+      wheels%n = effects%n_reaction_wheels
+      wheels%rubs = any(effects%wheels(:wheels%n)%friction > 0.0_wp)
+   end subroutine prepare_wheels
 
    !> Sets the length of a step, s.
    pure subroutine set_step(self, effects, dt)
