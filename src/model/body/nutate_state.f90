@@ -8,7 +8,7 @@ module nutate_state
    implicit none
    private
 
-   public :: state_t, add_by_kahan, add_increment, add_rotated
+   public :: state_t, add_increment, add_rotated
 
    !> Attitude and momentum in the axes in which a stepper works, if these are not the space axes (`nutate_lvlh_view`).
    type, private :: other_axes_t
@@ -210,18 +210,6 @@ contains
       compensation = ((total - (rounded - part)) + (addend - part)) + lost
       total = rounded
    end subroutine add_increment
-
-   !> Compensated summation by Kahan's four operations alone, in half the time of `add_increment`. If the increment is
-   !> larger than the sum, the digits of sum and compensation below the last digit of the increment are lost.
-   elemental subroutine add_by_kahan(total, compensation, increment)
-      real(wp), intent(inout) :: total, compensation
-      real(wp), intent(in) :: increment
-      real(wp) :: addend, rounded
-      addend = increment + compensation
-      rounded = total + addend
-      compensation = addend - (rounded - total)
-      total = rounded
-   end subroutine add_by_kahan
 
    !> Adds the increment of a quaternion that was rotated, and subtracts the excess length that the rotation gave it.
    !> The subtraction comes before the sum, whose rounding leaves a compensation that is zero on average, since the next

@@ -394,21 +394,15 @@ contains
    !> Returns a bound of |B|, T: its value above the pole of the dipole at periapsis.
    pure real(wp) function greatest(self)
       class(geomagnetic_field_t), intent(in) :: self
-      greatest = 2*norm2(self%coefficients)*(reference_radius/nearest(self))**3
+      greatest = 2*norm2(self%coefficients)*(reference_radius/self%path%nearest())**3
    end function greatest
-
-   !> Returns the distance of the periapsis, m.
-   pure real(wp) function nearest(self)
-      class(geomagnetic_field_t), intent(in) :: self
-      nearest = self%path%nearest()
-   end function nearest
 
    !> Returns true if the field, and its rate at periapsis, are of a size that can be computed with.
    pure logical function field_is_valid(self) result(valid)
       class(geomagnetic_field_t), intent(in) :: self
       valid = all(is_moderate(self%coefficients)) .and. is_moderate(self%epoch_angle) .and. &
-                 is_moderate(nearest(self))
-      if (valid) valid = nearest(self) >= 1e-30_wp*reference_radius .and. is_moderate(norm2(self%coefficients))
+                 is_moderate(self%path%nearest())
+      if (valid) valid = self%path%nearest() >= 1e-30_wp*reference_radius .and. is_moderate(norm2(self%coefficients))
       if (valid) valid = is_moderate(self%greatest()) .and. is_moderate(self%pace())
       if (valid) valid = is_moderate(self%greatest()*self%pace())
    end function field_is_valid

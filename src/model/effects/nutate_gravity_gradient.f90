@@ -197,6 +197,8 @@ contains
       type(effect_bounds_t), intent(out) :: bounds
       real(wp) :: sides(3, 3), strength(3), square, direct, whole, part, change
       integer :: i
+      bounds%known = .not. self%moves
+      if (.not. bounds%known) return
       do i = 1, 3
          strength(i) = abs(dot_product(map%axes(:, i), times_vector(self%stiffness, map%axes(:, i))))
       end do
@@ -300,7 +302,7 @@ contains
    pure logical function quadratic_has_axis(self, axis)
       class(gravity_gradient_t), intent(in) :: self
       integer, intent(in) :: axis
-      quadratic_has_axis = is_symmetric_about(self%stiffness, axis)
+      quadratic_has_axis = is_symmetric_about(self%stiffness, axis) .and. .not. self%moves
    end function quadratic_has_axis
 
    !> Returns true if the parameters, and the sums of |A| by rows and U₀, the largest torque and energy, can be computed

@@ -82,7 +82,8 @@ contains
       type(linear_map_t), intent(in) :: map
       real(wp), intent(in) :: radius, gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
-      bounds = bounds_of_linear(map, radius, self%moment, vector_length(self%direction))
+      bounds%known = .not. self%moves
+      if (bounds%known) bounds = bounds_of_linear(map, radius, self%moment, vector_length(self%direction))
    end subroutine linear_bound
 
    !> Returns true: U = -m·γ.
@@ -133,7 +134,7 @@ contains
    pure logical function linear_has_axis(self, axis)
       class(linear_potential_t), intent(in) :: self
       integer, intent(in) :: axis
-      linear_has_axis = lies_along(self%moment, axis)
+      linear_has_axis = lies_along(self%moment, axis) .and. .not. self%moves
    end function linear_has_axis
 
    !> Returns true if all parameters, and |m||n|, the largest energy and torque, can be computed with.

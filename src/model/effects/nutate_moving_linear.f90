@@ -2,7 +2,6 @@
 !> rotates with the LVLH frame. V(q, t) = -m·R(q)ᵀn(t).
 module nutate_moving_linear
    use nutate_effect, only: GENERAL_SERIES, parameter_t
-   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -26,8 +25,6 @@ module nutate_moving_linear
       procedure :: power => power_of_motion
       procedure :: series_kind => general_kind
       procedure :: series_torque => torque_of_moment
-      procedure :: bound => not_bounded
-      procedure :: has_axis => no_axis
       procedure :: is_valid => moving_is_valid
       procedure :: parameters => moving_parameters
       procedure :: direction_change => change_of_vector
@@ -140,21 +137,5 @@ contains
       real(wp), intent(out) :: tau(3)
       tau = cross(self%moment, gamma(:, k))
    end subroutine torque_of_moment
-
-   !> Returns no bounds: no step with a time-dependent potential is certified.
-   pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
-      class(moving_linear_t), intent(in) :: self
-      type(linear_map_t), intent(in) :: map
-      real(wp), intent(in) :: radius, gamma(3), slack
-      type(effect_bounds_t), intent(out) :: bounds
-      bounds%known = .false.
-   end subroutine not_bounded
-
-   !> Returns false: the rotated steppers require directions that are fixed in space.
-   pure logical function no_axis(self, axis)
-      class(moving_linear_t), intent(in) :: self
-      integer, intent(in) :: axis
-      no_axis = .false.
-   end function no_axis
 
 end module nutate_moving_linear

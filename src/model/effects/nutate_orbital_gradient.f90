@@ -3,7 +3,6 @@
 module nutate_orbital_gradient
    use nutate_body, only: body_t
    use nutate_effect, only: potential_t
-   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kepler_orbit, only: find_place, kepler_orbit_t, position_change
    use nutate_kinds, only: wp
@@ -27,8 +26,6 @@ module nutate_orbital_gradient
       procedure :: direction_series => series_along_orbit
       procedure :: see_from_lvlh => gradient_from_lvlh
       procedure :: is_valid => moving_is_valid
-      procedure :: bound => not_bounded
-      procedure :: has_axis => no_axis
       procedure :: direction_change => change_by_orbit
       procedure :: direction_change_series => change_series_by_orbit
       procedure :: energy_change => moving_energy_change
@@ -136,22 +133,6 @@ contains
             (maxval(sum(abs(self%stiffness), dim=1)) + abs(self%isotropic)))
       end associate
    end function moving_is_valid
-
-   !> Returns no bounds: no step with a time-dependent potential is treated as certified.
-   pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
-      class(orbital_gradient_t), intent(in) :: self
-      type(linear_map_t), intent(in) :: map
-      real(wp), intent(in) :: radius, gamma(3), slack
-      type(effect_bounds_t), intent(out) :: bounds
-      bounds%known = .false.
-   end subroutine not_bounded
-
-   !> Returns false: the rotated steppers require directions that are fixed in space.
-   pure logical function no_axis(self, axis)
-      class(orbital_gradient_t), intent(in) :: self
-      integer, intent(in) :: axis
-      no_axis = .false.
-   end function no_axis
 
    !> Returns δn = ½(δμ/μ)n + √μ (δr - (5/2) r (r·δr)/|r|²)/|r|^(5/2).
    pure function change_by_orbit(self, change, t) result(n)

@@ -47,7 +47,6 @@ module nutate_tabulated_torque
       procedure :: time_derivative => tabulated_time_derivative
       procedure :: series_kind => tabulated_series
       procedure :: series_torque => tabulated_series_torque
-      procedure :: series_derivative => tabulated_series_derivative
    end type tabulated_torque_t
 
 contains
@@ -406,18 +405,6 @@ contains
       call locate(self, t, interval, time)
       tau = taylor_term(self%curve, interval, k, time, time_unit)
    end subroutine tabulated_series_torque
-
-   !> Computes zero: the torque does not depend on γ, even for a table in space axes.
-   pure subroutine tabulated_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)
-      class(tabulated_torque_t), intent(in) :: self
-      integer, intent(in) :: k
-      real(wp), intent(in) :: t, time_unit
-      real(wp), intent(inout) :: auxiliary(0:, :)
-      real(wp), intent(out) :: derivative(3, 3)
-      logical, intent(out) :: known
-      known = .true.
-      derivative = 0.0_wp
-   end subroutine tabulated_series_derivative
 
    !> Returns true if the values of the table can be computed with; `start` and `stop` need only be comparable.
    pure logical function table_is_valid(self)

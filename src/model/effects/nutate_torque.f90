@@ -1,7 +1,7 @@
 !> Torques in body axes, which do work.
 module nutate_torque
    use nutate_archive, only: archive_t
-   use nutate_effect_base, only: effect_t, parameter_t
+   use nutate_effect_base, only: effect_t, parameter_t, SPACE_SERIES, TIME_SERIES
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
    use nutate_effect_traits, only: IS_CONTROLLER, IS_LAW
    use nutate_kinds, only: wp, eps
@@ -447,7 +447,8 @@ contains
       end do
    end subroutine series_by_terms
 
-   !> Computes coefficient k of ∂τ/∂γ; called after `series_torque`. Here: it is not known.
+   !> Computes coefficient k of ∂τ/∂γ; called after `series_torque`. Here: zero for a series of the
+   !> time alone; others are not known.
    pure subroutine no_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)
       class(torque_t), intent(in) :: self
       integer, intent(in) :: k
@@ -459,7 +460,7 @@ contains
       real(wp), intent(out) :: derivative(3, 3)
       logical, intent(out) :: known
       derivative = 0.0_wp
-      known = .false.
+      known = any(self%series_kind() == [SPACE_SERIES, TIME_SERIES])
    end subroutine no_series_derivative
 
    !> Computes coefficient k of the change of τ at fixed γ; called after `series_derivative`. Here: it is not known.
