@@ -123,7 +123,6 @@ module nutate_stepper
    type, abstract, extends(stepper_t) :: dense_stepper_t
    contains
       procedure :: chooses_steps => chooses_all
-      procedure :: keep_steps => keep_own
    end type dense_stepper_t
 
    abstract interface
@@ -191,16 +190,12 @@ module nutate_stepper
          class(stepper_t), allocatable, intent(out) :: twin
       end subroutine copy
 
-      !> Stores the starts of steps from now on, for `state_at`. A copy of this stepper repeats parts of them.
+      !> Stores the starts of steps from now on, for `state_at`. A copy of this stepper repeats parts of them,
+      !> unless the method has dense output.
       module subroutine keep_steps(self)
          !> Prepared.
          class(stepper_t), intent(inout) :: self
       end subroutine keep_steps
-
-      !> Keeps the starts of steps: the method knows the states inside.
-      module subroutine keep_own(self)
-         class(dense_stepper_t), intent(inout) :: self
-      end subroutine keep_own
 
       !> Makes room for the start of a step, which `mark_step` sets from now on.
       module subroutine keep_starts(self)

@@ -54,15 +54,12 @@ contains
 
    module procedure keep_steps
       class(*), allocatable :: twin
-      if (self%keeps_steps) return
-      allocate (twin, source=self)
-      call move_alloc(twin, self%again)
+      if (.not. (self%keeps_steps .or. self%chooses_steps())) then
+         allocate (twin, source=self)
+         call move_alloc(twin, self%again)
+      end if
       call keep_starts(self)
    end procedure keep_steps
-
-   module procedure keep_own
-      call keep_starts(self)
-   end procedure keep_own
 
    module procedure keep_starts
       if (.not. allocated(self%last_start)) allocate (self%last_start)

@@ -6,7 +6,6 @@ module nutate_stepper_wrapper
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: keep_starts, stepper_t, system_t
-   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -34,8 +33,6 @@ module nutate_stepper_wrapper
       procedure :: keep_steps
       procedure :: update_commands
       procedure :: transfer
-      procedure :: propagate_step
-      procedure :: propagate_inside
    end type stepper_wrapper_t
 
 contains
@@ -137,27 +134,6 @@ contains
       class(stepper_wrapper_t), intent(inout) :: self
       call self%base%update_commands()
    end subroutine update_commands
-
-   !> Moves sensitivities by the stepper inside.
-   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
-      class(stepper_wrapper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: before, after
-      real(wp), intent(in) :: dt, window_time
-      type(tangent_t), intent(inout) :: tangent
-      type(status_t), intent(inout) :: status
-      call self%base%propagate_step(system, before, after, dt, window_time, tangent, status)
-   end subroutine propagate_step
-
-   !> Moves sensitivities by the stepper inside to a state inside the last step.
-   recursive subroutine propagate_inside(self, system, state, tangent, status)
-      class(stepper_wrapper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(tangent_t), intent(inout) :: tangent
-      type(status_t), intent(inout) :: status
-      call self%base%propagate_inside(system, state, tangent, status)
-   end subroutine propagate_inside
 
    !> Writes or reads the data that the stepper inside keeps between steps.
    subroutine transfer(self, archive)
