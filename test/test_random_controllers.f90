@@ -4,8 +4,9 @@ module test_random_controllers
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_control, only: limit_events
+   use nutate_event_list, only: event_list_t
    use nutate_kinds, only: wp
-   use nutate_limit_event, only: limit_slot_t
+   use nutate_limit_event, only: limit_event_t
    use nutate_methods, only: default_settings
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: attitude_distance, quat_normalized
@@ -129,17 +130,20 @@ contains
    !> Checks the words in which a chattering run is reported: they name the controller.
    subroutine limits_have_names(error)
       type(error_type), allocatable, intent(out) :: error
-      type(limit_slot_t), allocatable :: events(:)
+      type(event_list_t) :: events
       type(problem_t), pointer :: problem
       integer :: i, k
       do k = BY_TORQUE, BY_MAGNETORQUERS
          problem => rotating(k, 1, label=merge('fine', '    ', k == BY_WHEELS))
          events = limit_events(problem%system%effects)
-         call check(error, size(events) > 0, 'there are limits')
-         do i = 1, size(events)
+         call check(error, events%count() > 0, 'there are limits')
+         do i = 1, events%count()
             if (allocated(error)) return
-            call check(error, index(events(i)%item%words, merge("controller 'fine'", 'controller 1     ', &
-                                                                 k == BY_WHEELS)) > 0, events(i)%item%words)
+            select type (event => events%slots(i)%item)
+            class is (limit_event_t)
+               call check(error, index(event%words, merge("controller 'fine'", 'controller 1     ', &
+                                                          k == BY_WHEELS)) > 0, event%words)
+            end select
          end do
       end do
    end subroutine limits_have_names

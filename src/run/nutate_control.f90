@@ -2,9 +2,9 @@
 !> speed of wheels and the output of controllers have limits.
 module nutate_control
    use nutate_effect_list, only: effect_list_t, command_of_wheel
+   use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp
-   use nutate_limit_event, only: limit_slot_t
    use nutate_motion, only: find_velocities
    use nutate_quaternion, only: quat_normalized
    use nutate_saturation_count, only: side_of_limit, note_saturation
@@ -51,8 +51,7 @@ contains
    !> Returns the events of all limits.
    function limit_events(effects) result(events)
       type(effect_list_t), intent(in) :: effects
-      type(limit_slot_t), allocatable :: events(:)
-      allocate (events(0))
+      type(event_list_t) :: events
       call add_speed_limits(effects, events)
       call add_saturations(effects, events)
    end function limit_events

@@ -6,8 +6,9 @@
 module nutate_saturation
    use nutate_effect_list, only: effect_list_t
    use nutate_effect_traits, only: DRIVES_WHEELS, IS_CONTROLLER, JUMPS_WITH_SIGN, LENDS_PARAMETERS, LIMITS_MOMENT
+   use nutate_event_list, only: event_list_t
    use nutate_kinds, only: wp, eps
-   use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
+   use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
    use nutate_saturation_count, only: side_of_limit
@@ -75,13 +76,13 @@ contains
    !> a wheel with a limit of its speed, the command of the control law passes zero.
    subroutine add_saturations(effects, events)
       type(effect_list_t), intent(in) :: effects
-      type(limit_slot_t), allocatable, intent(inout) :: events(:)
+      type(event_list_t), intent(inout) :: events
       integer :: i, k
       do i = 1, effects%n_torques
          if (effects%torques(i)%item%has(JUMPS_WITH_SIGN)) then
             do k = -1, 1, 2
-               call add_one(turnover_event_t(words='zero of e0 of '//controller_words(effects, i), torque=i, &
-                                             action=SWITCH_LIMIT, direction=k), events)
+               call events%add(turnover_event_t(words='zero of e0 of '//controller_words(effects, i), torque=i, &
+                                                action=SWITCH_LIMIT, direction=k))
             end do
          end if
          if (.not. is_limited(effects%torques(i)%item)) cycle
@@ -97,8 +98,8 @@ contains
                                               action=SWITCH_LIMIT), effects%wheels(i)%motor%limit, events)
          if (.not. effects%wheels(i)%speed_limit < huge(1.0_wp)) cycle
          do k = -1, 1, 2
-            call add_one(saturation_event_t(words='zero of the torque of '//driver(effects), place=i, &
-                                            action=SWITCH_LIMIT, direction=k), events)
+            call events%add(saturation_event_t(words='zero of the torque of '//driver(effects), place=i, &
+                                               action=SWITCH_LIMIT, direction=k))
          end do
       end do
    end subroutine add_saturations
@@ -157,7 +158,7 @@ contains
    subroutine add_sides(form, limit, events)
       type(saturation_event_t), intent(in) :: form
       real(wp), intent(in) :: limit
-      type(limit_slot_t), allocatable, intent(inout) :: events(:)
+      type(event_list_t), intent(inout) :: events
       type(saturation_event_t) :: event
       integer :: side
       do side = -1, 1, 2
@@ -167,25 +168,12 @@ contains
          event%direction = side
          write (event%name, '(a,i0)') trim(form%name)//' ', form%place
          event%words = trim(event%name)//' of '//form%words
-         call add_one(event, events)
+         call events%add(event)
          event%direction = -side
          event%name = ''
-         call add_one(event, events)
+         call events%add(event)
       end do
    end subroutine add_sides
-
-   subroutine add_one(event, events)
-      class(limit_event_t), intent(in) :: event
-      type(limit_slot_t), allocatable, intent(inout) :: events(:)
-      type(limit_slot_t), allocatable :: grown(:)
-      integer :: i
-      allocate (grown(size(events) + 1))
-      do i = 1, size(events)
-         call move_alloc(events(i)%item, grown(i)%item)
-      end do
-      allocate (grown(size(grown))%item, source=event)
-      call move_alloc(grown, events)
-   end subroutine add_one
 
    !> Returns the command of the control law.
    pure real(wp) function asked_amount(self, system, motion) result(amount)

@@ -2,8 +2,9 @@
 !> the speed has fallen by a hundredth of the limit, the motor may push again.
 module nutate_speed_limits
    use nutate_effect_list, only: effect_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_kinds, only: wp
-   use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
+   use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, motion_t
    use nutate_motion_bounds, only: speed_bounds_t
    use nutate_quaternion, only: quat_normalized
@@ -43,19 +44,9 @@ contains
    !> Adds to a list the events of all wheels that have a limit: each of both limits is reached, or left.
    subroutine add_speed_limits(effects, events)
       type(effect_list_t), intent(in) :: effects
-      type(limit_slot_t), allocatable, intent(inout) :: events(:)
-      type(limit_slot_t), allocatable :: grown(:)
+      type(event_list_t), intent(inout) :: events
       type(speed_event_t) :: reached, left
-      integer :: i, side, n
-      n = 0
-      do i = 1, effects%n_wheels
-         if (is_limited(effects%wheels(i))) n = n + 4
-      end do
-      allocate (grown(size(events) + n))
-      do i = 1, size(events)
-         call move_alloc(events(i)%item, grown(i)%item)
-      end do
-      n = size(events)
+      integer :: i, side
       do i = 1, effects%n_wheels
          if (.not. is_limited(effects%wheels(i))) cycle
          do side = -1, 1, 2
@@ -65,12 +56,10 @@ contains
             reached%words = reached%name
             left = speed_event_t(wheel=i, words=reached%name, direction=-side, action=SWITCH_LIMIT, &
                                  level=released_at*reached%level)
-            allocate (grown(n + 1)%item, source=reached)
-            allocate (grown(n + 2)%item, source=left)
-            n = n + 2
+            call events%add(reached)
+            call events%add(left)
          end do
       end do
-      call move_alloc(grown, events)
    end subroutine add_speed_limits
 
    !> Finds out which wheels are at, or beyond, their limits.

@@ -77,7 +77,6 @@ contains
             call events%open_step(system, mark%state, window_time)
             events%start = events%motion%state
             time = time_scale(events%motion)
-            call events%open_places()
             ! The end of the step is projected for output: states inside the step lead there.
             events%motion%state = progress%state
             call policy%project_for_output(system, events%motion%state)

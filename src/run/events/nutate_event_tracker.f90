@@ -118,8 +118,7 @@ module nutate_event_tracker
       type(recalled_t), private :: recalled(most_recalled) = recalled_t()
       integer, private :: last_recalled = 0
    contains
-      !> Forgets the positions in the last step; returns, or stores, the motion at a position in a step.
-      procedure, non_overridable :: open_places
+      !> Returns, or stores, the motion at a position in a step.
       procedure, non_overridable :: recall_place
       procedure, non_overridable :: store_place
       procedure, non_overridable :: begin
@@ -173,11 +172,6 @@ module nutate_event_tracker
          class(event_tracker_t), intent(inout) :: self
          type(system_t), intent(in) :: system
       end subroutine set_system
-
-      !> Forgets the positions in the last step.
-      pure module subroutine open_places(self)
-         class(event_tracker_t), intent(inout) :: self
-      end subroutine open_places
 
       !> Returns the motion at a position in the step, if it has been stored.
       pure module subroutine recall_place(self, s, motion, found)

@@ -4,7 +4,7 @@ submodule(nutate_event_tracker) nutate_event_tracker_procedures
    use nutate_control, only: limit_events, find_limits
    use nutate_event, only: CROSSING, find_family, second_rate
    use nutate_kinds, only: eps
-   use nutate_limit_event, only: limit_event_t, limit_slot_t
+   use nutate_limit_event, only: limit_event_t
    use nutate_motion, only: renew_motion
    use nutate_motion_bounds, only: bound_motion
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
@@ -13,13 +13,13 @@ submodule(nutate_event_tracker) nutate_event_tracker_procedures
 contains
 
    module procedure begin
-      type(limit_slot_t), allocatable :: limits(:)
+      type(event_list_t) :: limits
       integer :: i
       limits = limit_events(system%effects)
       self%n_asked = events%count()
-      allocate (self%watched(self%n_asked + size(limits)), self%due(self%n_asked + size(limits)))
-      do i = 1, size(limits)
-         allocate (self%watched(self%n_asked + i)%event, source=limits(i)%item)
+      allocate (self%watched(self%n_asked + limits%count()), self%due(self%n_asked + limits%count()))
+      do i = 1, limits%count()
+         allocate (self%watched(self%n_asked + i)%event, source=limits%slots(i)%item)
       end do
       allocate (self%acts(system%effects%n_torques + system%effects%n_wheels), source=.false.)
       allocate (self%pieces(size(self%acts)), source=0.0_wp)
@@ -32,7 +32,7 @@ contains
          end associate
       end do
       call self%set_system(system)
-      if (size(limits) == 0) return
+      if (limits%count() == 0) return
       call find_limits(self%system, state)
       call self%hold_sides()
    end procedure begin
@@ -60,10 +60,6 @@ contains
       self%bounds = bound_motion(system)
       self%recalled%family = 0
    end procedure set_system
-
-   module procedure open_places
-      self%n_places = 0
-   end procedure open_places
 
    module procedure recall_place
       integer :: i
@@ -212,6 +208,7 @@ contains
       real(wp) :: before
       logical :: placed
       integer :: i
+      self%n_places = 0
       call see_torques(self, system, window_time)
       if (self%known) return
       placed = self%placed

@@ -7,7 +7,7 @@ module nutate_limit_event
    implicit none
    private
 
-   public :: limit_event_t, limit_slot_t
+   public :: limit_event_t
 
    !> Action of an event: an effect reaches a limit, or leaves it.
    integer, parameter, public :: SWITCH_LIMIT = 4
@@ -22,11 +22,6 @@ module nutate_limit_event
       !> Updates the system for the motion after the event.
       procedure(settle_limit), deferred :: settle
    end type limit_event_t
-
-   !> Holds one limit event.
-   type :: limit_slot_t
-      class(limit_event_t), allocatable :: item
-   end type limit_slot_t
 
    abstract interface
       !> Updates a system for the motion after the event.
