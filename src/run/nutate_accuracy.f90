@@ -159,13 +159,11 @@ contains
       class(observer_t), intent(inout), optional :: observer
       !> Run with the tolerance that was found, at its end; without its output points.
       type(progress_t), intent(inout), optional :: last
-      !> Receives the output points at steps of each run without noise, from its first state on; finally those of
-      !> `last`.
+      !> Receives the output points at steps of runs without noise, from the first state on; finally those of `last`.
       class(observer_t), intent(inout), optional :: trial_observer
       type(search_t) :: search
       type(progress_t) :: own
-      logical :: fresh, done, at_limit
-      integer :: round
+      logical :: fresh, at_limit
       search%method = method_of(settings)
       search%accuracy = progress%plan%goal%accuracy
       if (search%method%order < 1) then
@@ -175,77 +173,195 @@ contains
          progress%summary%estimate = progress%summary%round_off
          return
       end if
-      search%behaviour = behaviour_of(search%method)
       search%drifts = system%effects%n_works() > 0
       call set_first_pair(search, control%equal)
-      fresh = .true.
-      do round = 1, most_rounds
-         if (fresh) call run_noisy(search, system, settings, progress, own, control, status, observer)
-         if (status%ok()) call run_fine(search, round == 1, fresh, system, settings, progress, own, control, &
-                                        at_limit, status, observer, trial_observer)
-         if (.not. status%ok()) return
-         call measure_errors(search, fresh)
-         if (at_limit) exit
-         if (.not. fresh .and. is_doubtful(search)) then
-            call run_other(search, system, settings, progress, control, status, observer)
-            if (.not. status%ok()) return
-            call measure_errors(search, fresh)
-         end if
-         done = is_done(search)
-         if (fresh) done = search%fine < much_finer*hopeless
-         if (done .or. round == most_rounds) exit
-         if (fresh) call refine_both(search, much_finer)
-         if (.not. fresh) call refine(search)
-      end do
+      call compare_runs()
+      if (.not. status%ok()) return
       progress%plan%goal%local_tolerance = search%fine
       progress%summary%estimate = max(search%truncation, search%floor)
       progress%summary%round_off = search%floor
       progress%expected_steps = own%summary%steps
       if (present(last)) last = own
-      call add_table_error(search, system, settings, progress, control, status, observer)
-   end subroutine find_tolerance
+      call add_table_error()
 
-   !> Adds the error of tables of orbits to the estimate, by runs with every second and every fourth line of them. If
-   !> both differ as the order p of the interpolation predicts, half the lines make the error 2ᵖ times as large, so that
-   !> the difference over 2ᵖ - 1 is the error; else the difference bounds it.
-   subroutine add_table_error(search, system, settings, progress, control, status, observer)
-      type(search_t), intent(inout) :: search
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      type(progress_t), intent(inout) :: progress
-      type(error_control_t), intent(inout) :: control
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(progress_t) :: own
-      type(system_t) :: thinned
-      type(status_t) :: success
-      real(wp) :: q(4), differences(2), gain
-      integer :: i
-      gain = 2.0_wp**table_order(system%effects)
-      if (table_order(system%effects) == 0) return
-      thinned = system
-      differences = unknown
-      do i = 1, 2
-         call thinned%effects%thin_tables()
-         q = search%runs(search%n)%q
-         search%n = min(search%n, most_runs - 1)
-         call run_trial(search, search%fine, 0.0_wp, thinned, settings, progress, own, control, status, observer)
-         if (.not. (status%ok() .or. went_astray(status))) return
-         if (.not. status%ok()) exit
-         differences(i) = attitude_distance(q, search%runs(search%n)%q)
-      end do
-      status = success
-      progress%summary%table_error = differences(1)
-      if (differences(2) >= believed_order*gain*differences(1)) &
-         progress%summary%table_error = differences(1)/(gain - 1)
-      progress%summary%estimate = progress%summary%estimate + progress%summary%table_error
-   end subroutine add_table_error
+   contains
+
+      !> Performs pairs of runs with smaller and smaller tolerances. Errors: those of the runs.
+      subroutine compare_runs()
+         logical :: done
+         integer :: round
+         fresh = .true.
+         do round = 1, most_rounds
+            if (fresh) call run_noisy()
+            if (status%ok()) call run_fine(round == 1)
+            if (.not. status%ok()) return
+            call measure_errors(search, fresh)
+            if (at_limit) exit
+            if (.not. fresh .and. is_doubtful(search)) then
+               call run_other()
+               if (.not. status%ok()) return
+               call measure_errors(search, fresh)
+            end if
+            done = is_done(search)
+            if (fresh) done = search%fine < much_finer*hopeless
+            if (done .or. round == most_rounds) exit
+            if (fresh) call refine_both(search, much_finer)
+            if (.not. fresh) call refine(search)
+         end do
+      end subroutine compare_runs
+
+      !> Performs the first trial run with noise; if it fails, again with smaller tolerances. Errors: those of a run for
+      !> which shorter steps do not help.
+      subroutine run_noisy()
+         type(status_t) :: success
+         do
+            call run_trial(system, search%coarse, noise_part*search%coarse, own)
+            if (.not. went_astray(status)) exit
+            if (search%fine < finer*hopeless) return
+            status = success
+            call refine_both(search, finer)
+         end do
+         if (.not. status%ok()) return
+         search%n_noisy = 1
+         search%first_pair = .true.
+      end subroutine run_noisy
+
+      !> Runs B. If round-off keeps the error of a step above its tolerance, repeats it with larger tolerances, at most
+      !> that of an earlier run. Errors: those of the run.
+      subroutine run_fine(first)
+         !> There is no earlier run without noise.
+         logical, intent(in) :: first
+         type(status_t) :: success
+         real(wp) :: known
+         call run_trial(system, search%fine, 0.0_wp, own, trial_observer)
+         at_limit = went_astray(status) .and. .not. first
+         if (.not. at_limit) return
+         known = merge(much_finer*search%fine, search%coarse, fresh)
+         do while (went_astray(status) .and. search%fine < known)
+            status = success
+            search%fine = min(known, finer*search%fine)
+            call run_trial(system, search%fine, 0.0_wp, own, trial_observer)
+         end do
+      end subroutine run_fine
+
+      !> Performs the second trial run with noise, and stores it before the last run. A failure of it does no harm.
+      subroutine run_other()
+         type(progress_t) :: other
+         type(trial_t) :: before
+         type(status_t) :: success
+         real(wp) :: tolerance
+         search%n_noisy = 2
+         before = search%runs(search%n)
+         tolerance = min(other_ratio_here(search)*search%coarse, coarsest_other)
+         call run_trial(system, tolerance, noise_part*tolerance, other)
+         if (status%ok()) then
+            search%runs(search%n - 1) = search%runs(search%n)
+            search%runs(search%n) = before
+         else if (went_astray(status)) then
+            status = success
+         end if
+      end subroutine run_other
+
+      !> Adds the error of tables of orbits to the estimate, by runs with every second and every fourth line of them. If
+      !> both differ as the order p of the interpolation predicts, half the lines make the error 2ᵖ times as large, so
+      !> that the difference over 2ᵖ - 1 is the error; else the difference bounds it.
+      subroutine add_table_error()
+         type(progress_t) :: last_run
+         type(system_t) :: thinned
+         type(status_t) :: success
+         real(wp) :: q(4), differences(2), gain
+         integer :: i
+         gain = 2.0_wp**table_order(system%effects)
+         if (table_order(system%effects) == 0) return
+         thinned = system
+         differences = unknown
+         do i = 1, 2
+            call thinned%effects%thin_tables()
+            q = search%runs(search%n)%q
+            search%n = min(search%n, most_runs - 1)
+            call run_trial(thinned, search%fine, 0.0_wp, last_run)
+            if (.not. (status%ok() .or. went_astray(status))) return
+            if (.not. status%ok()) exit
+            differences(i) = attitude_distance(q, search%runs(search%n)%q)
+         end do
+         status = success
+         progress%summary%table_error = differences(1)
+         if (differences(2) >= believed_order*gain*differences(1)) &
+            progress%summary%table_error = differences(1)/(gain - 1)
+         progress%summary%estimate = progress%summary%estimate + progress%summary%table_error
+      end subroutine add_table_error
+
+      !> Performs a run with a tolerance, without output points. Errors: those of the run.
+      subroutine run_trial(there, tolerance, noise, trial, watcher)
+         type(system_t), intent(in) :: there
+         !> Tolerance, rad, and noise η.
+         real(wp), intent(in) :: tolerance, noise
+         !> Progress of the trial run, at its end on exit.
+         type(progress_t), intent(inout) :: trial
+         !> Observer in place of `observer`, for runs without noise, with output points at steps.
+         class(observer_t), intent(inout), optional :: watcher
+         type(run_plan_t) :: plan
+         plan = progress%plan
+         plan%goal = run_goal_t(accuracy=search%accuracy, local_tolerance=tolerance)
+         plan%interval = 0.0_wp
+         if (allocated(plan%times)) deallocate (plan%times)
+         if (.not. present(watcher)) plan%every = huge(plan%every)
+         plan%max_steps = min(plan%max_steps, most_steps)
+         if (noise > 0.0_wp) then
+            call drive_noisy(noise_of(noise, search%n), plan, trial)
+         else
+            call start_run(trial, there%effects, progress%state, plan, status)
+            if (status%ok()) call control%begin(there, settings, trial, status)
+            if (status%ok()) call watch_limits(trial, there, status)
+            if (status%ok() .and. present(watcher)) then
+               call drive(trial, control, there, status, watcher)
+            else if (status%ok()) then
+               call drive(trial, control, there, status, observer)
+            end if
+         end if
+         if (status%code == NUTATE_STEP_LIMIT) status = fail(NUTATE_STEP_LIMIT, needs_more(plan%max_steps))
+         if (.not. status%ok()) return
+         search%n = search%n + 1
+         search%runs(search%n) = trial_t(tolerance, noise, trial%state%q, max(trial%summary%steps, 1_long))
+      end subroutine run_trial
+
+      !> Performs a run with noise in its data, its initial state, its clock and its steps.
+      subroutine drive_noisy(source, nominal, trial)
+         type(noise_t), intent(in) :: source
+         type(run_plan_t), intent(in) :: nominal
+         type(progress_t), intent(inout) :: trial
+         type(noise_t) :: noise
+         type(system_t) :: noisy
+         type(state_t) :: state
+         type(run_plan_t) :: plan
+         real(wp) :: shift
+         noise = source
+         noisy = system
+         state = progress%state
+         plan = nominal
+         call disturb_problem(noise, noisy, state)
+         ! Effects with given times act a little earlier or later; the duration is the same.
+         call noise%next(shift)
+         shift = shift*max(abs(state%t), abs(plan%end_time))
+         if (has_user_torques(noisy%effects)) shift = 0.0_wp
+         state%t = state%t + shift
+         plan%end_time = plan%end_time + shift
+         call start_run(trial, noisy%effects, state, plan, status)
+         if (status%ok()) call control%begin(noisy, settings, trial, status)
+         if (status%ok()) call watch_limits(trial, noisy, status)
+         if (.not. status%ok()) return
+         call control%disturb(noise)
+         call drive(trial, control, noisy, status, observer)
+      end subroutine drive_noisy
+
+   end subroutine find_tolerance
 
    !> Sets the tolerances of the first pair of runs.
    pure subroutine set_first_pair(search, equal)
       type(search_t), intent(inout) :: search
       !> Fixed steps, if they suit.
       type(equal_steps_t), intent(in) :: equal
+      search%behaviour = behaviour_of(search%method)
       if (equal%suit) search%behaviour = of_equal_steps
       associate (behaviour => search%behaviour)
          search%fine = max(finest, min(behaviour%coarsest_b, search%accuracy/behaviour%caution))
@@ -267,87 +383,6 @@ contains
          behaviour%power = behaviour%power*real(method%order, wp)/real(method%order + 1, wp)
       end if
    end function behaviour_of
-
-   !> Performs the first trial run with noise; if it fails, again with smaller tolerances. Errors: those of a run for
-   !> which shorter steps do not help.
-   subroutine run_noisy(search, system, settings, progress, own, control, status, observer)
-      type(search_t), intent(inout) :: search
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      type(progress_t), intent(in) :: progress
-      type(progress_t), intent(inout) :: own
-      type(error_control_t), intent(inout) :: control
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(status_t) :: success
-      do
-         call run_trial(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, control, &
-                        status, observer)
-         if (.not. went_astray(status)) exit
-         if (search%fine < finer*hopeless) return
-         status = success
-         call refine_both(search, finer)
-      end do
-      if (.not. status%ok()) return
-      search%n_noisy = 1
-      search%first_pair = .true.
-   end subroutine run_noisy
-
-   !> Runs B. If round-off keeps the error of a step above its tolerance, repeats it with larger tolerances, at most
-   !> that of an earlier run. Errors: those of the run.
-   subroutine run_fine(search, first, fresh, system, settings, progress, own, control, at_limit, status, observer, &
-                       trial_observer)
-      type(search_t), intent(inout) :: search
-      !> There is no earlier run without noise; this run belongs to a new pair.
-      logical, intent(in) :: first, fresh
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      type(progress_t), intent(in) :: progress
-      type(progress_t), intent(inout) :: own
-      type(error_control_t), intent(inout) :: control
-      logical, intent(out) :: at_limit
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer, trial_observer
-      type(status_t) :: success
-      real(wp) :: known
-      call run_trial(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, &
-         trial_observer)
-      at_limit = went_astray(status) .and. .not. first
-      if (.not. at_limit) return
-      known = merge(much_finer*search%fine, search%coarse, fresh)
-      do while (went_astray(status) .and. search%fine < known)
-         status = success
-         search%fine = min(known, finer*search%fine)
-         call run_trial(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, &
-            trial_observer)
-      end do
-   end subroutine run_fine
-
-   !> Performs the second trial run with noise, and stores it before the last run. A failure of it does no harm.
-   subroutine run_other(search, system, settings, progress, control, status, observer)
-      type(search_t), intent(inout) :: search
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      type(progress_t), intent(in) :: progress
-      type(error_control_t), intent(inout) :: control
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(progress_t) :: own
-      type(trial_t) :: before
-      type(status_t) :: success
-      real(wp) :: tolerance
-      search%n_noisy = 2
-      before = search%runs(search%n)
-      tolerance = min(other_ratio_here(search)*search%coarse, coarsest_other)
-      call run_trial(search, tolerance, noise_part*tolerance, system, settings, progress, own, control, status, &
-                     observer)
-      if (status%ok()) then
-         search%runs(search%n - 1) = search%runs(search%n)
-         search%runs(search%n) = before
-      else if (went_astray(status)) then
-         status = success
-      end if
-   end subroutine run_other
 
    !> Returns the tolerance of the second trial run with noise over that of the first; a trial run that ends too far
    !> apart would be no second opinion.
@@ -448,49 +483,6 @@ contains
                 search%fine <= finest
    end function is_done
 
-   !> Performs a run with a tolerance, without output points. Errors: those of the run.
-   subroutine run_trial(search, tolerance, noise, system, settings, progress, own, control, status, observer, &
-      trial_observer)
-      type(search_t), intent(inout) :: search
-      !> Tolerance, rad, and noise η.
-      real(wp), intent(in) :: tolerance, noise
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      !> Run to come, at its start.
-      type(progress_t), intent(in) :: progress
-      !> Progress of the trial run, at its end on exit.
-      type(progress_t), intent(inout) :: own
-      type(error_control_t), intent(inout) :: control
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      !> Observer in place of `observer`, for runs without noise, with output points at steps.
-      class(observer_t), intent(inout), optional :: trial_observer
-      type(run_plan_t) :: plan
-      plan = progress%plan
-      plan%goal = run_goal_t(accuracy=search%accuracy, local_tolerance=tolerance)
-      plan%interval = 0.0_wp
-      if (allocated(plan%times)) deallocate (plan%times)
-      if (.not. present(trial_observer)) plan%every = huge(plan%every)
-      plan%max_steps = min(plan%max_steps, most_steps)
-      if (noise > 0.0_wp) then
-         call drive_noisy(noise_of(noise, search%n), system, settings, progress%state, plan, own, control, status, &
-                          observer)
-      else
-         call start_run(own, system%effects, progress%state, plan, status)
-         if (status%ok()) call control%begin(system, settings, own, status)
-         if (status%ok()) call watch_limits(own, system, status)
-         if (status%ok() .and. present(trial_observer)) then
-            call drive(own, control, system, status, trial_observer)
-         else if (status%ok()) then
-            call drive(own, control, system, status, observer)
-         end if
-      end if
-      if (status%code == NUTATE_STEP_LIMIT) status = fail(NUTATE_STEP_LIMIT, needs_more(plan%max_steps))
-      if (.not. status%ok()) return
-      search%n = search%n + 1
-      search%runs(search%n) = trial_t(tolerance, noise, own%state%q, max(own%summary%steps, 1_long))
-   end subroutine run_trial
-
    !> Returns the message for a trial run that ends at the limit of steps.
    pure function needs_more(limit) result(message)
       integer(long), intent(in) :: limit
@@ -511,41 +503,6 @@ contains
       end do
       noise%amplitude = amplitude
    end function noise_of
-
-   !> Performs a run with noise in its data, its initial state, its clock and its steps.
-   subroutine drive_noisy(source, system, settings, start, nominal, own, control, status, observer)
-      type(noise_t), intent(in) :: source
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      type(state_t), intent(in) :: start
-      type(run_plan_t), intent(in) :: nominal
-      type(progress_t), intent(inout) :: own
-      type(error_control_t), intent(inout) :: control
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(noise_t) :: noise
-      type(system_t) :: noisy
-      type(state_t) :: state
-      type(run_plan_t) :: plan
-      real(wp) :: shift
-      noise = source
-      noisy = system
-      state = start
-      plan = nominal
-      call disturb_problem(noise, noisy, state)
-      ! Effects with given times act a little earlier or later; the duration is the same.
-      call noise%next(shift)
-      shift = shift*max(abs(state%t), abs(plan%end_time))
-      if (has_user_torques(noisy%effects)) shift = 0.0_wp
-      state%t = state%t + shift
-      plan%end_time = plan%end_time + shift
-      call start_run(own, noisy%effects, state, plan, status)
-      if (status%ok()) call control%begin(noisy, settings, own, status)
-      if (status%ok()) call watch_limits(own, noisy, status)
-      if (.not. status%ok()) return
-      call control%disturb(noise)
-      call drive(own, control, noisy, status, observer)
-   end subroutine drive_noisy
 
    !> Returns true if a torque may be user-defined: it may be defined from the start of the run to its end only.
    pure logical function has_user_torques(effects)

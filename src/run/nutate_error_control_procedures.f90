@@ -167,64 +167,67 @@ contains
          accepted = .false.
          ! No shorter step helps if the method does not support the system.
          if (status%code == NUTATE_BAD_ARGUMENT .and. status%subject == 'method') return
-         if (.not. self%equal%suit) call reject(self, progress, 0.5_wp*step, status)
+         if (.not. self%equal%suit) call reject(0.5_wp*step)
       else if (self%equal%suit .or. self%method%dense .and. .not. error > 0.0_wp) then
          accepted = .true.
-         call accept(self, progress, system%effects%n_wheels, step)
+         call accept()
       else
-         call accept_or_reject(self, system, progress, step, error, accepted, status)
+         call accept_or_reject(error)
       end if
-   end subroutine try
 
-   !> Keeps a step if the estimate of its error allows, and chooses the next one.
-   subroutine accept_or_reject(self, system, progress, step, error, accepted, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      !> Length of the step, s, positive; its error, rad.
-      real(wp), intent(in) :: step, error
-      logical, intent(out) :: accepted
-      type(status_t), intent(inout) :: status
-      real(wp) :: allowed, turn, growth
-      turn = 0.0_wp
-      if (.not. self%method%dense) turn = step*length_of(angular_velocity(system, self%next))
-      associate (goal => progress%plan%goal)
-         allowed = goal%local_tolerance
-         if (goal%error_rate > 0.0_wp) allowed = goal%error_rate*step
-         growth = self%length%growth(goal%error_rate > 0.0_wp, allowed, error)
-      end associate
-      accepted = self%length%keeps(allowed, error, turn)
-      if (accepted) then
-         call accept(self, progress, system%effects%n_wheels, step)
-         if (self%method%dense) then
-            ! The motion chooses the next step, the sensitivities may shorten it.
-            if (growth < most_growth) self%longest = step*growth
+   contains
+
+      !> Keeps a step if the estimate of its error allows, and chooses the next one.
+      subroutine accept_or_reject(error)
+         !> Error of the step, rad.
+         real(wp), intent(in) :: error
+         real(wp) :: allowed, turn, growth
+         turn = 0.0_wp
+         if (.not. self%method%dense) turn = step*length_of(angular_velocity(system, self%next))
+         associate (goal => progress%plan%goal)
+            allowed = goal%local_tolerance
+            if (goal%error_rate > 0.0_wp) allowed = goal%error_rate*step
+            growth = self%length%growth(goal%error_rate > 0.0_wp, allowed, error)
+         end associate
+         accepted = self%length%keeps(allowed, error, turn)
+         if (accepted) then
+            call accept()
+            if (self%method%dense) then
+               ! The motion chooses the next step, the sensitivities may shorten it.
+               if (growth < most_growth) self%longest = step*growth
+            else
+               call self%length%adapt(step, growth, turn)
+            end if
          else
-            call self%length%adapt(step, growth, turn)
+            call reject(step*self%length%shrinkage(growth))
          end if
-      else
-         call reject(self, progress, step*self%length%shrinkage(growth), status)
-      end if
-   end subroutine accept_or_reject
+      end subroutine accept_or_reject
 
-   !> Keeps a step.
-   subroutine accept(self, progress, n_wheels, step)
-      class(error_control_t), intent(inout) :: self
-      type(progress_t), intent(inout) :: progress
-      !> Number of momenta of wheels and inner spheres.
-      integer, intent(in) :: n_wheels
-      !> Length of the step, s, positive.
-      real(wp), intent(in) :: step
-      real(wp) :: t
-      t = progress%state%t
-      call progress%state%copy_from(self%next, n_wheels, .true.)
-      if (self%noise%amplitude > 0.0_wp) call disturb_state(self%noise, progress%state)
-      call add_increment(t, self%t_compensation, self%sense*step)
-      progress%state%t = t
-      progress%summary%parts = progress%summary%parts + 1
-      progress%summary%work(:) = progress%summary%work + self%work
-      call count_step(progress)
-   end subroutine accept
+      !> Keeps a step.
+      subroutine accept()
+         real(wp) :: t
+         t = progress%state%t
+         call progress%state%copy_from(self%next, system%effects%n_wheels, .true.)
+         if (self%noise%amplitude > 0.0_wp) call disturb_state(self%noise, progress%state)
+         call add_increment(t, self%t_compensation, self%sense*step)
+         progress%state%t = t
+         progress%summary%parts = progress%summary%parts + 1
+         progress%summary%work(:) = progress%summary%work + self%work
+         call count_step(progress)
+      end subroutine accept
+
+      !> Shortens the step to try again. Errors: `NUTATE_NOT_CONVERGED` if it cannot be shortened.
+      subroutine reject(step)
+         !> The next length to try, s.
+         real(wp), intent(in) :: step
+         progress%summary%subdivided_steps = progress%summary%subdivided_steps + 1
+         self%length%next = step
+         status = status_t()
+         if (step < shortest*abs(progress%plan%end_time - progress%t_first)) &
+            status = fail(NUTATE_NOT_CONVERGED, 'no step is short enough for the requested accuracy')
+      end subroutine reject
+
+   end subroutine try
 
    !> Takes one step by two halves, and as a whole for the estimate of their error.
    subroutine go_halves(self, system, record, step, error, status)
@@ -321,21 +324,6 @@ contains
       if (self%momentum_scale > 0.0_wp) estimate = max(estimate, length_of(change)/self%momentum_scale)
       estimate = max(0.0_wp, estimate - moved)/(2.0_wp**self%method%order - 1)
    end function estimate
-
-   !> Shortens the step to try again. Errors: `NUTATE_NOT_CONVERGED` if it cannot be shortened.
-   subroutine reject(self, progress, step, status)
-      class(error_control_t), intent(inout) :: self
-      type(progress_t), intent(inout) :: progress
-      !> The next length to try, s.
-      real(wp), intent(in) :: step
-      !> Success if there is a next try.
-      type(status_t), intent(inout) :: status
-      progress%summary%subdivided_steps = progress%summary%subdivided_steps + 1
-      self%length%next = step
-      status = status_t()
-      if (step < shortest*abs(progress%plan%end_time - progress%t_first)) &
-         status = fail(NUTATE_NOT_CONVERGED, 'no step is short enough for the requested accuracy')
-   end subroutine reject
 
    module procedure state_inside
       real(wp) :: work, since, each(size(self%work))

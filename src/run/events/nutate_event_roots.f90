@@ -55,22 +55,6 @@ module nutate_event_roots
       integer :: side = 0
    end type node_t
 
-   !> Settings of a search, and the root that it has found.
-   type, private :: search_t
-      !> Rotation of the body in the step, rad; size of the function's variation.
-      real(wp) :: turn = 0.0_wp, scale = 0.0_wp
-      !> Change of sign that is looked for, 1 or -1; 0: both.
-      integer :: wanted = 0
-      !> Round-off of s.
-      real(wp) :: resolution = eps
-      !> Halvings of a part that no polynomial follows.
-      integer :: halvings = enough
-      !> Largest number of halvings, if the body rotates by many radians in the step.
-      integer :: at_most = deepest
-      logical :: found = .false.
-      type(node_t) :: root = node_t()
-   end type search_t
-
    abstract interface
       subroutine evaluate_curve(self, s, f, slope, status)
          import :: curve_t, status_t, wp
@@ -100,77 +84,235 @@ contains
       type(node_t), intent(out) :: root
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      type(search_t) :: search
       type(node_t) :: middle
+      !> Round-off of s, at least that of 1.
+      real(wp) :: finest
+      !> Halvings of a part that no polynomial follows; their largest number, if the body rotates by many radians in the
+      !> step.
+      integer :: halvings, at_most
       found = .false.
-      search%turn = turn
-      search%scale = scale
-      if (is_excluded(search, first, last)) return
-      search%wanted = wanted
-      search%resolution = max(resolution, eps)
-      search%halvings = merge(enough_cheap, enough, curve%is_cheap)
-      search%at_most = merge(deepest_cheap, deepest, curve%is_cheap)
-      if (last%s - first%s <= 8*search%resolution) then
-         call search_piece(curve, search, first, last, status)
+      if (is_excluded(first, last)) return
+      finest = max(resolution, eps)
+      halvings = merge(enough_cheap, enough, curve%is_cheap)
+      at_most = merge(deepest_cheap, deepest, curve%is_cheap)
+      if (last%s - first%s <= 8*finest) then
+         call search_piece(first, last)
       else
          middle%s = 0.5_wp*(first%s + last%s)
-         call evaluate(curve, middle, first%side, status)
-         if (status%code == 0) call search_part(curve, search, first, middle, last, 0, status)
+         call evaluate(middle, first%side)
+         if (status%code == 0) call search_part(first, middle, last, 0)
       end if
-      found = search%found .and. status%code == 0
-      root = search%root
-   end subroutine find_first_root
+      found = found .and. status%code == 0
 
-   !> Returns true if there can be no root between two positions: both are farther from zero than the function can go.
-   pure logical function is_excluded(search, a, b)
-      type(search_t), intent(in) :: search
-      type(node_t), intent(in) :: a, b
-      real(wp) :: width, turn, reach, defect
-      is_excluded = .false.
-      if (a%side /= b%side) return
-      width = b%s - a%s
-      turn = width*search%turn
-      ! Part of the change of f that the mean slope does not explain.
-      defect = (b%f - a%f) - 0.5_wp*width*(a%slope + b%slope)
-      reach = max(abs(a%slope), abs(b%slope))*width + search%scale*turn*turn + 2*abs(defect)
-      is_excluded = min(abs(a%f), abs(b%f)) > safety*reach
-   end function is_excluded
+   contains
 
-   !> Searches a part of the step, of which the ends and the middle are known.
-   recursive subroutine search_part(curve, search, a, middle, b, depth, status)
-      class(curve_t), intent(inout) :: curve
-      type(search_t), intent(inout) :: search
-      type(node_t), intent(in) :: a, middle, b
-      integer, intent(in) :: depth
-      type(status_t), intent(inout) :: status
-      type(node_t) :: nodes(5)
-      type(bernstein_t) :: polynomial
-      real(wp) :: size
-      integer :: i
-      if (is_excluded(search, a, middle) .and. is_excluded(search, middle, b)) return
-      nodes(1) = a
-      nodes(3) = middle
-      nodes(5) = b
-      do i = 2, 4, 2
-         nodes(i)%s = 0.5_wp*(nodes(i - 1)%s + nodes(i + 1)%s)
-         call evaluate(curve, nodes(i), a%side, status)
-         if (status%code /= 0) return
-      end do
-      call fit(nodes, polynomial, size)
-      if (size > 0.0_wp) then
-         call search_polynomial(curve, search, polynomial, size, a, b, 0, status)
-      else if ((depth >= search%halvings .and. (b%s - a%s)*search%turn <= great_turn) .or. depth >= search%at_most) then
-         do i = 1, 4
-            if (.not. is_excluded(search, nodes(i), nodes(i + 1))) &
-               call search_piece(curve, search, nodes(i), nodes(i + 1), status)
-            if (search%found .or. status%code /= 0) return
+      !> Returns true if there can be no root between two positions: both are farther from zero than the function can
+      !> go.
+      pure logical function is_excluded(a, b)
+         type(node_t), intent(in) :: a, b
+         real(wp) :: width, angle, reach, defect
+         is_excluded = .false.
+         if (a%side /= b%side) return
+         width = b%s - a%s
+         angle = width*turn
+         ! Part of the change of f that the mean slope does not explain.
+         defect = (b%f - a%f) - 0.5_wp*width*(a%slope + b%slope)
+         reach = max(abs(a%slope), abs(b%slope))*width + scale*angle*angle + 2*abs(defect)
+         is_excluded = min(abs(a%f), abs(b%f)) > safety*reach
+      end function is_excluded
+
+      !> Searches a part of the step, of which the ends and the middle are known.
+      recursive subroutine search_part(a, middle, b, depth)
+         type(node_t), intent(in) :: a, middle, b
+         integer, intent(in) :: depth
+         type(node_t) :: nodes(5)
+         type(bernstein_t) :: polynomial
+         real(wp) :: size
+         integer :: i
+         if (is_excluded(a, middle) .and. is_excluded(middle, b)) return
+         nodes(1) = a
+         nodes(3) = middle
+         nodes(5) = b
+         do i = 2, 4, 2
+            nodes(i)%s = 0.5_wp*(nodes(i - 1)%s + nodes(i + 1)%s)
+            call evaluate(nodes(i), a%side)
+            if (status%code /= 0) return
          end do
-      else
-         call search_part(curve, search, a, nodes(2), middle, depth + 1, status)
-         if (search%found .or. status%code /= 0) return
-         call search_part(curve, search, middle, nodes(4), b, depth + 1, status)
-      end if
-   end subroutine search_part
+         call fit(nodes, polynomial, size)
+         if (size > 0.0_wp) then
+            call search_polynomial(polynomial, size, a, b, 0)
+         else if ((depth >= halvings .and. (b%s - a%s)*turn <= great_turn) .or. depth >= at_most) then
+            do i = 1, 4
+               if (.not. is_excluded(nodes(i), nodes(i + 1))) call search_piece(nodes(i), nodes(i + 1))
+               if (found .or. status%code /= 0) return
+            end do
+         else
+            call search_part(a, nodes(2), middle, depth + 1)
+            if (found .or. status%code /= 0) return
+            call search_part(middle, nodes(4), b, depth + 1)
+         end if
+      end subroutine search_part
+
+      !> Searches a polynomial for the first change of sign that is wanted: Bernstein's coefficients bound it, and have
+      !> as many changes of sign as it has roots, or an even number more.
+      recursive subroutine search_polynomial(polynomial, size, a, b, depth)
+         type(bernstein_t), intent(in) :: polynomial
+         !> Size of the polynomial's variation.
+         real(wp), intent(in) :: size
+         !> Ends of the polynomial; only position and side are used.
+         type(node_t), intent(in) :: a, b
+         integer, intent(in) :: depth
+         type(bernstein_t) :: left, right
+         type(node_t) :: middle
+         integer :: changes
+         changes = polynomial%changes()
+         if (changes == 0) return
+         if (changes == 1 .or. depth >= most_halvings) then
+            if (a%side == b%side) return
+            if (wanted == 0 .or. wanted == b%side) call refine(a, b, a%s + polynomial%root()*(b%s - a%s))
+            return
+         end if
+         if (a%side == b%side .and. polynomial%greatest() <= shallow*size) then
+            call search_closely(a, b)
+            return
+         end if
+         call polynomial%halve(left, right)
+         middle%s = 0.5_wp*(a%s + b%s)
+         middle%side = nint(sign(1.0_wp, right%c(0)))
+         call search_polynomial(left, size, a, middle, depth + 1)
+         if (found .or. status%code /= 0) return
+         call search_polynomial(right, size, middle, b, depth + 1)
+      end subroutine search_polynomial
+
+      !> Searches a part in which the polynomial all but touches zero: there the function itself decides.
+      subroutine search_closely(a, b)
+         type(node_t), intent(in) :: a, b
+         type(node_t) :: left, right
+         left%s = a%s
+         call evaluate(left, a%side)
+         right%s = b%s
+         if (status%code == 0) call evaluate(right, b%side)
+         left%side = a%side
+         right%side = b%side
+         if (status%code == 0) call search_piece(left, right)
+      end subroutine search_closely
+
+      !> Searches a part that is not halved any more: one root if the sign changes, else none or two.
+      subroutine search_piece(a, b)
+         type(node_t), intent(in) :: a, b
+         type(node_t) :: beyond
+         logical :: crosses
+         if (a%side /= b%side) then
+            if (wanted == 0 .or. wanted == b%side) call refine(a, b, cubic_root(a, b))
+         else if (a%side*a%slope < 0.0_wp .and. b%side*b%slope > 0.0_wp) then
+            call evaluate_beyond(a, b, beyond, crosses)
+            if (status%code /= 0 .or. .not. crosses) return
+            if (wanted == 0 .or. wanted == beyond%side) then
+               call refine(a, beyond, cubic_root(a, beyond))
+            else
+               call refine(beyond, b, cubic_root(beyond, b))
+            end if
+         end if
+      end subroutine search_piece
+
+      !> Looks for a position on the other side of zero, around the extremum between two positions on one side: by false
+      !> position of the derivative, each time between the neighbours of the extremum (Illinois), until f is there, or
+      !> as near to the extremum as f resolves.
+      subroutine evaluate_beyond(a, b, beyond, crosses)
+         type(node_t), intent(in) :: a, b
+         type(node_t), intent(out) :: beyond
+         logical, intent(out) :: crosses
+         type(node_t) :: left, right
+         real(wp) :: weights(2), gain
+         integer :: i, last
+         left = a
+         right = b
+         weights = 1.0_wp
+         last = 0
+         crosses = .false.
+         do i = 1, most_evaluations
+            associate (low => weights(1)*left%slope, high => weights(2)*right%slope)
+               beyond%s = left%s - low*((right%s - left%s)/(high - low))
+            end associate
+            call evaluate(beyond, a%side)
+            if (status%code /= 0) return
+            crosses = beyond%side /= a%side
+            if (crosses) return
+            ! Largest change of f for which the tangents at both neighbours leave room.
+            gain = min(abs(beyond%slope)*max(right%s - beyond%s, beyond%s - left%s), abs(left%f), abs(right%f))
+            if (abs(beyond%f) > gain .or. right%s - left%s <= finest) return
+            if (a%side*beyond%slope < 0.0_wp) then
+               left = beyond
+               weights = [1.0_wp, merge(0.5_wp*weights(2), 1.0_wp, last == 1)]
+               last = 1
+            else
+               right = beyond
+               weights = [merge(0.5_wp*weights(1), 1.0_wp, last == 2), 1.0_wp]
+               last = 2
+            end if
+         end do
+      end subroutine evaluate_beyond
+
+      !> Finds the root between two positions on different sides: by Newton's iteration, halving the bracket if the
+      !> iteration leaves it or is slow.
+      subroutine refine(a, b, start)
+         type(node_t), intent(in) :: a, b
+         !> Position at which the root is likely to be.
+         real(wp), intent(in) :: start
+         type(node_t) :: left, right, trial
+         real(wp) :: next, width
+         integer :: i
+         left = a
+         right = b
+         next = start
+         do i = 1, most_tries
+            width = right%s - left%s
+            trial%s = next
+            call evaluate(trial, b%side)
+            if (status%code /= 0) return
+            next = trial%s
+            if (abs(trial%slope) > 0.0_wp) then
+               next = trial%s - trial%f/trial%slope
+            else if (abs(trial%f) > 0.0_wp) then
+               next = b%s ! it jumps: halves find where
+            end if
+            if (trial%side == a%side) then
+               left = trial
+            else
+               right = trial
+            end if
+            if (abs(next - trial%s) <= max(last_increment, finest) .and. next > a%s .and. next < b%s) exit
+            if (right%s - left%s <= finest) then
+               next = min(max(next, left%s), right%s)
+               exit
+            end if
+            ! Newton's iteration is slower than halving, or leads nowhere.
+            if (.not. (next > left%s .and. next < right%s) .or. (i > 3 .and. right%s - left%s > 0.5_wp*width)) &
+               next = 0.5_wp*(left%s + right%s)
+         end do
+         found = .true.
+         ! At a root that is nearly double the slope may be noise: it leads to the side after the root.
+         root = node_t(s=min(max(next, a%s), b%s), slope=b%side*abs(trial%slope), side=b%side)
+      end subroutine refine
+
+      !> Evaluates the function at a position, and the side on which it is; at zero, the side on which it is going to
+      !> be.
+      subroutine evaluate(node, side)
+         type(node_t), intent(inout) :: node
+         !> The side of a zero without a slope.
+         integer, intent(in) :: side
+         call curve%evaluate(node%s, node%f, node%slope, status)
+         node%side = side
+         if (node%f > 0.0_wp) then
+            node%side = 1
+         else if (node%f < 0.0_wp) then
+            node%side = -1
+         else if (abs(node%slope) > 0.0_wp) then
+            node%side = nint(sign(1.0_wp, node%slope))
+         end if
+      end subroutine evaluate
+
+   end subroutine find_first_root
 
    !> Computes the polynomial of ninth degree through five positions at equal distances.
    pure subroutine fit(nodes, polynomial, size)
@@ -203,183 +345,6 @@ contains
                                              real(nodes(5)%side, wp))
       size = max(size, tiny(size))
    end subroutine fit
-
-   !> Searches a polynomial for the first change of sign that is wanted: Bernstein's coefficients bound it, and have as
-   !> many changes of sign as it has roots, or an even number more.
-   recursive subroutine search_polynomial(curve, search, polynomial, size, a, b, depth, status)
-      class(curve_t), intent(inout) :: curve
-      type(search_t), intent(inout) :: search
-      type(bernstein_t), intent(in) :: polynomial
-      !> Size of the polynomial's variation.
-      real(wp), intent(in) :: size
-      !> Ends of the polynomial; only position and side are used.
-      type(node_t), intent(in) :: a, b
-      integer, intent(in) :: depth
-      type(status_t), intent(inout) :: status
-      type(bernstein_t) :: left, right
-      type(node_t) :: middle
-      integer :: changes
-      changes = polynomial%changes()
-      if (changes == 0) return
-      if (changes == 1 .or. depth >= most_halvings) then
-         if (a%side == b%side) return
-         if (search%wanted == 0 .or. search%wanted == b%side) &
-            call refine(curve, search, a, b, a%s + polynomial%root()*(b%s - a%s), status)
-         return
-      end if
-      if (a%side == b%side .and. polynomial%greatest() <= shallow*size) then
-         call search_closely(curve, search, a, b, status)
-         return
-      end if
-      call polynomial%halve(left, right)
-      middle%s = 0.5_wp*(a%s + b%s)
-      middle%side = nint(sign(1.0_wp, right%c(0)))
-      call search_polynomial(curve, search, left, size, a, middle, depth + 1, status)
-      if (search%found .or. status%code /= 0) return
-      call search_polynomial(curve, search, right, size, middle, b, depth + 1, status)
-   end subroutine search_polynomial
-
-   !> Searches a part in which the polynomial all but touches zero: there the function itself decides.
-   subroutine search_closely(curve, search, a, b, status)
-      class(curve_t), intent(inout) :: curve
-      type(search_t), intent(inout) :: search
-      type(node_t), intent(in) :: a, b
-      type(status_t), intent(inout) :: status
-      type(node_t) :: left, right
-      left%s = a%s
-      call evaluate(curve, left, a%side, status)
-      right%s = b%s
-      if (status%code == 0) call evaluate(curve, right, b%side, status)
-      left%side = a%side
-      right%side = b%side
-      if (status%code == 0) call search_piece(curve, search, left, right, status)
-   end subroutine search_closely
-
-   !> Searches a part that is not halved any more: one root if the sign changes, else none or two.
-   subroutine search_piece(curve, search, a, b, status)
-      class(curve_t), intent(inout) :: curve
-      type(search_t), intent(inout) :: search
-      type(node_t), intent(in) :: a, b
-      type(status_t), intent(inout) :: status
-      type(node_t) :: beyond
-      logical :: crosses
-      if (a%side /= b%side) then
-         if (search%wanted == 0 .or. search%wanted == b%side) &
-            call refine(curve, search, a, b, cubic_root(a, b), status)
-      else if (a%side*a%slope < 0.0_wp .and. b%side*b%slope > 0.0_wp) then
-         call evaluate_beyond(curve, search, a, b, beyond, crosses, status)
-         if (status%code /= 0 .or. .not. crosses) return
-         if (search%wanted == 0 .or. search%wanted == beyond%side) then
-            call refine(curve, search, a, beyond, cubic_root(a, beyond), status)
-         else
-            call refine(curve, search, beyond, b, cubic_root(beyond, b), status)
-         end if
-      end if
-   end subroutine search_piece
-
-   !> Looks for a position on the other side of zero, around the extremum between two positions on one side: by false
-   !> position of the derivative, each time between the neighbours of the extremum (Illinois), until f is there, or as
-   !> near to the extremum as f resolves.
-   subroutine evaluate_beyond(curve, search, a, b, beyond, crosses, status)
-      class(curve_t), intent(inout) :: curve
-      type(search_t), intent(in) :: search
-      type(node_t), intent(in) :: a, b
-      type(node_t), intent(out) :: beyond
-      logical, intent(out) :: crosses
-      type(status_t), intent(inout) :: status
-      type(node_t) :: left, right
-      real(wp) :: weights(2), gain
-      integer :: i, last
-      left = a
-      right = b
-      weights = 1.0_wp
-      last = 0
-      crosses = .false.
-      do i = 1, most_evaluations
-         associate (low => weights(1)*left%slope, high => weights(2)*right%slope)
-            beyond%s = left%s - low*((right%s - left%s)/(high - low))
-         end associate
-         call evaluate(curve, beyond, a%side, status)
-         if (status%code /= 0) return
-         crosses = beyond%side /= a%side
-         if (crosses) return
-         ! Largest change of f for which the tangents at both neighbours leave room.
-         gain = min(abs(beyond%slope)*max(right%s - beyond%s, beyond%s - left%s), abs(left%f), abs(right%f))
-         if (abs(beyond%f) > gain .or. right%s - left%s <= search%resolution) return
-         if (a%side*beyond%slope < 0.0_wp) then
-            left = beyond
-            weights = [1.0_wp, merge(0.5_wp*weights(2), 1.0_wp, last == 1)]
-            last = 1
-         else
-            right = beyond
-            weights = [merge(0.5_wp*weights(1), 1.0_wp, last == 2), 1.0_wp]
-            last = 2
-         end if
-      end do
-   end subroutine evaluate_beyond
-
-   !> Finds the root between two positions on different sides: by Newton's iteration, halving the bracket if the
-   !> iteration leaves it or is slow.
-   subroutine refine(curve, search, a, b, start, status)
-      class(curve_t), intent(inout) :: curve
-      type(search_t), intent(inout) :: search
-      type(node_t), intent(in) :: a, b
-      !> Position at which the root is likely to be.
-      real(wp), intent(in) :: start
-      type(status_t), intent(inout) :: status
-      type(node_t) :: left, right, trial
-      real(wp) :: next, width
-      integer :: i
-      left = a
-      right = b
-      next = start
-      do i = 1, most_tries
-         width = right%s - left%s
-         trial%s = next
-         call evaluate(curve, trial, b%side, status)
-         if (status%code /= 0) return
-         next = trial%s
-         if (abs(trial%slope) > 0.0_wp) then
-            next = trial%s - trial%f/trial%slope
-         else if (abs(trial%f) > 0.0_wp) then
-            next = b%s ! it jumps: halves find where
-         end if
-         if (trial%side == a%side) then
-            left = trial
-         else
-            right = trial
-         end if
-         if (abs(next - trial%s) <= max(last_increment, search%resolution) .and. next > a%s .and. next < b%s) exit
-         if (right%s - left%s <= search%resolution) then
-            next = min(max(next, left%s), right%s)
-            exit
-         end if
-         ! Newton's iteration is slower than halving, or leads nowhere.
-         if (.not. (next > left%s .and. next < right%s) .or. (i > 3 .and. right%s - left%s > 0.5_wp*width)) &
-            next = 0.5_wp*(left%s + right%s)
-      end do
-      search%found = .true.
-      ! At a root that is nearly double the slope may be noise: it leads to the side after the root.
-      search%root = node_t(s=min(max(next, a%s), b%s), slope=b%side*abs(trial%slope), side=b%side)
-   end subroutine refine
-
-   !> Evaluates the function at a position, and the side on which it is; at zero, the side on which it is going to be.
-   subroutine evaluate(curve, node, side, status)
-      class(curve_t), intent(inout) :: curve
-      type(node_t), intent(inout) :: node
-      !> The side of a zero without a slope.
-      integer, intent(in) :: side
-      type(status_t), intent(inout) :: status
-      call curve%evaluate(node%s, node%f, node%slope, status)
-      node%side = side
-      if (node%f > 0.0_wp) then
-         node%side = 1
-      else if (node%f < 0.0_wp) then
-         node%side = -1
-      else if (abs(node%slope) > 0.0_wp) then
-         node%side = nint(sign(1.0_wp, node%slope))
-      end if
-   end subroutine evaluate
 
    !> Returns a root of Hermite's cubic through two positions on different sides, found by halving.
    pure real(wp) function cubic_root(a, b) result(s)
