@@ -169,96 +169,120 @@ contains
 
       without_series = effect_without_series(system%effects)
       if (has_closed_solution(system, state)) then
-         call take('exact', settings)
+         call take('exact')
          reason = 'the motion of a free body has a closed solution'
       else if (damping_is_strong(system, duration, accuracy)) then
-         call take('nielsen_krenk', settings)
+         call take('nielsen_krenk')
          settings%formulation = 'reduced'
          reason = 'strong damping makes explicit steps shorter than the accuracy requires'
       else if (without_series /= '') then
-         call take('dop853', settings)
+         call take('dop853')
          settings%conserve = .true.
          reason = "effect '"//trim(without_series)//"' has no series; with the projection onto the invariants"
-      else if (rounds_times(system, state, duration, accuracy)) then
-         call take('taylor', settings)
+      else if (rounds_times()) then
+         call take('taylor')
          reason = 'so far from t = 0 the times inside of a step are rounded, which a series does not use'
-      else if (of_run .and. takes_equal_steps(system, state, duration, accuracy)) then
-         call take('rk8', settings)
+      else if (of_run .and. takes_equal_steps()) then
+         call take('rk8')
          reason = 'equal steps are cheapest for short smooth motion in uniform fields'
-      else if (is_top(system)) then
-         call take('taylor', settings)
+      else if (is_top()) then
+         call take('taylor')
          reason = 'the series follows the slow motion of a symmetric body under linear effects'
       else
-         call choose_by_accuracy(system, state, duration, accuracy, settings, reason)
+         call choose_by_accuracy()
       end if
+
+   contains
+
+      !> True if torques depend on times that are rounded too much for an accuracy: the estimate of a stage method's
+      !> error would consist of that, and its steps would become ever shorter.
+      pure logical function rounds_times()
+         real(wp) :: latest
+         latest = max(abs(state%t), abs(state%t + duration))
+         rounds_times = (system%effects%n_torques > 0 .or. system%effects%depends_on_time) .and. &
+                        spacing(latest) > rounded*accuracy*abs(duration) .and. abs(duration) > 0.0_wp
+      end function rounds_times
+
+      !> True where fixed steps by rk8 cost less than the series.
+      logical function takes_equal_steps()
+         type(equal_steps_t) :: equal
+         call equal%recognise(system, default_settings('rk8'), state, duration, accuracy)
+         takes_equal_steps = equal%suit .and. system%effects%n_potentials > 0
+         if (takes_equal_steps .and. accuracy < equal_pays_on_tops) takes_equal_steps = .not. is_axial()
+      end function takes_equal_steps
+
+      !> The series or dop853, whichever costs less for an accuracy.
+      subroutine choose_by_accuracy()
+         real(wp) :: pays
+         character(len=8) :: number
+         pays = series_pays
+         if (system%effects%n_potentials + system%effects%n_rotors == 0) then
+            if (system%effects%n_torques > 0) pays = pays_for_torques
+         else if (is_long() .and. .not. system%effects%frame_turns) then
+            pays = pays_for_long
+            if (system%effects%n_potentials > 0 .and. (all_linear(system%effects) .or. is_axial())) &
+               pays = pays_for_simple
+         end if
+         write (number, '("1e",i0)') nint(log10(pays))
+         if (accuracy <= pays) then
+            call take('taylor')
+            reason = 'from '//trim(number)//' rad on the series costs least for such a motion'
+         else
+            call take('dop853')
+            settings%conserve = .true.
+            reason = 'cheaper than the Taylor series at this accuracy (threshold '//trim(number)//' rad)'
+         end if
+      end subroutine choose_by_accuracy
+
+      !> Sets a method with its own order, formulation and `conserve`.
+      subroutine take(method)
+         character(len=*), intent(in) :: method
+         type(integrator_settings_t) :: usual
+         usual = default_settings(method)
+         settings%method = usual%method
+         settings%order = usual%order
+         settings%formulation = usual%formulation
+         settings%conserve = usual%conserve
+         settings%series_order = 0
+      end subroutine take
+
+      !> True for a symmetric body under linear potentials and torques: gravity, dipoles, damping.
+      pure logical function is_top()
+         is_top = system%effects%n_potentials > 0 .and. system%effects%n_rotors == 0 .and. &
+                  all_linear(system%effects) .and. is_axial()
+      end function is_top
+
+      !> True where body and effects are symmetric about an axis, in space axes that turn too.
+      pure logical function is_axial()
+         type(axial_frame_t) :: frame
+         call frame%recognise(system)
+         is_axial = frame%axis > 0
+      end function is_axial
+
+      !> True where the body turns, or could swing under linear potentials, by more than `long_turn`.
+      pure logical function is_long()
+         real(wp) :: rate, moment(3), length, arm
+         integer :: i, axis
+         is_long = .false.
+         if (.not. abs(duration) > 0.0_wp) return
+         ! Logarithms, since products of legal numbers could overflow.
+         rate = quat_norm([0.0_wp, angular_velocity(system, state)])
+         if (rate > 0.0_wp) is_long = log(rate) + log(abs(duration)) > log(long_turn)
+         do i = 1, system%effects%n_potentials
+            if (system%effects%potentials(i)%item%series_kind() /= LINEAR_SERIES) cycle
+            moment = system%effects%potentials(i)%item%series_moment()
+            length = quat_norm([0.0_wp, system%effects%potentials(i)%item%direction])
+            if (.not. length > 0.0_wp) cycle
+            do axis = 1, 3
+               arm = quat_norm([0.0_wp, 0.0_wp, moment(mod(axis, 3) + 1), moment(mod(axis + 1, 3) + 1)])
+               if (.not. arm > 0.0_wp) cycle
+               rate = 0.5_wp*(log(length) + log(arm) + log(system%body%inverse_inertia(axis, axis)))
+               is_long = is_long .or. rate + log(abs(duration)) > log(long_turn)
+            end do
+         end do
+      end function is_long
+
    end subroutine choose_for_axes
-
-   !> True if torques depend on times that are rounded too much for an accuracy: the estimate of a stage method's error
-   !> would consist of that, and its steps would become ever shorter.
-   pure logical function rounds_times(system, state, duration, accuracy)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      !> s, of either sign; rad.
-      real(wp), intent(in) :: duration, accuracy
-      real(wp) :: latest
-      latest = max(abs(state%t), abs(state%t + duration))
-      rounds_times = (system%effects%n_torques > 0 .or. system%effects%depends_on_time) .and. &
-                     spacing(latest) > rounded*accuracy*abs(duration) .and. abs(duration) > 0.0_wp
-   end function rounds_times
-
-   !> True where fixed steps by rk8 cost less than the series.
-   logical function takes_equal_steps(system, state, duration, accuracy)
-      type(system_t), intent(in) :: system
-      !> The start.
-      type(state_t), intent(in) :: state
-      !> s, of either sign; rad.
-      real(wp), intent(in) :: duration, accuracy
-      type(equal_steps_t) :: equal
-      call equal%recognise(system, default_settings('rk8'), state, duration, accuracy)
-      takes_equal_steps = equal%suit .and. system%effects%n_potentials > 0
-      if (takes_equal_steps .and. accuracy < equal_pays_on_tops) takes_equal_steps = .not. is_axial(system)
-   end function takes_equal_steps
-
-   !> The series or dop853, whichever costs less for an accuracy.
-   subroutine choose_by_accuracy(system, state, duration, accuracy, settings, reason)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      real(wp), intent(in) :: duration, accuracy
-      type(integrator_settings_t), intent(inout) :: settings
-      character(len=:), allocatable, intent(out) :: reason
-      real(wp) :: pays
-      character(len=8) :: number
-      pays = series_pays
-      if (system%effects%n_potentials + system%effects%n_rotors == 0) then
-         if (system%effects%n_torques > 0) pays = pays_for_torques
-      else if (is_long(system, state, duration) .and. .not. system%effects%frame_turns) then
-         pays = pays_for_long
-         if (system%effects%n_potentials > 0 .and. (all_linear(system%effects) .or. is_axial(system))) &
-            pays = pays_for_simple
-      end if
-      write (number, '("1e",i0)') nint(log10(pays))
-      if (accuracy <= pays) then
-         call take('taylor', settings)
-         reason = 'from '//trim(number)//' rad on the series costs least for such a motion'
-      else
-         call take('dop853', settings)
-         settings%conserve = .true.
-         reason = 'cheaper than the Taylor series at this accuracy (threshold '//trim(number)//' rad)'
-      end if
-   end subroutine choose_by_accuracy
-
-   !> Sets a method with its own order, formulation and `conserve`.
-   pure subroutine take(method, settings)
-      character(len=*), intent(in) :: method
-      type(integrator_settings_t), intent(inout) :: settings
-      type(integrator_settings_t) :: usual
-      usual = default_settings(method)
-      settings%method = usual%method
-      settings%order = usual%order
-      settings%formulation = usual%formulation
-      settings%conserve = usual%conserve
-      settings%series_order = 0
-   end subroutine take
 
    !> Name of an effect that supplies no series; blank where all do.
    pure function effect_without_series(effects) result(name)
@@ -320,21 +344,6 @@ contains
                                                  log(strong_damping)
    end function damping_is_strong
 
-   !> True for a symmetric body under linear potentials and torques: gravity, dipoles, damping.
-   pure logical function is_top(system)
-      type(system_t), intent(in) :: system
-      is_top = system%effects%n_potentials > 0 .and. system%effects%n_rotors == 0 .and. all_linear(system%effects) &
-               .and. is_axial(system)
-   end function is_top
-
-   !> True where body and effects are symmetric about an axis, in space axes that turn too.
-   pure logical function is_axial(system)
-      type(system_t), intent(in) :: system
-      type(axial_frame_t) :: frame
-      call frame%recognise(system)
-      is_axial = frame%axis > 0
-   end function is_axial
-
    !> True where all potentials and torques have linear series.
    pure logical function all_linear(effects)
       type(effect_list_t), intent(in) :: effects
@@ -342,32 +351,5 @@ contains
       all_linear = all([(effects%potentials(i)%item%series_kind(), i=1, effects%n_potentials + effects%n_off), &
                         (effects%torques(i)%item%series_kind(), i=1, effects%n_torques)] == LINEAR_SERIES)
    end function all_linear
-
-   !> True where the body turns, or could swing under linear potentials, by more than `long_turn`.
-   pure logical function is_long(system, state, duration)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      !> s.
-      real(wp), intent(in) :: duration
-      real(wp) :: rate, moment(3), length, arm
-      integer :: i, axis
-      is_long = .false.
-      if (.not. abs(duration) > 0.0_wp) return
-      ! Logarithms, since products of legal numbers could overflow.
-      rate = quat_norm([0.0_wp, angular_velocity(system, state)])
-      if (rate > 0.0_wp) is_long = log(rate) + log(abs(duration)) > log(long_turn)
-      do i = 1, system%effects%n_potentials
-         if (system%effects%potentials(i)%item%series_kind() /= LINEAR_SERIES) cycle
-         moment = system%effects%potentials(i)%item%series_moment()
-         length = quat_norm([0.0_wp, system%effects%potentials(i)%item%direction])
-         if (.not. length > 0.0_wp) cycle
-         do axis = 1, 3
-            arm = quat_norm([0.0_wp, 0.0_wp, moment(mod(axis, 3) + 1), moment(mod(axis + 1, 3) + 1)])
-            if (.not. arm > 0.0_wp) cycle
-            rate = 0.5_wp*(log(length) + log(arm) + log(system%body%inverse_inertia(axis, axis)))
-            is_long = is_long .or. rate + log(abs(duration)) > log(long_turn)
-         end do
-      end do
-   end function is_long
 
 end module nutate_method_choice
