@@ -74,37 +74,23 @@ contains
       type(equilibria_t), intent(out) :: found
       type(status_t), intent(out) :: status
       type(lvlh_view_t) :: view
-      call view%prepare(system)
-      if (view%exists) then
-         call find_at_rest(view%system, speeds, found, status)
-      else
-         call find_at_rest(system, speeds, found, status)
-      end if
-      found%in_lvlh = view%exists .or. in_lvlh_axes(system)
-   end subroutine find_equilibria
-
-   !> Returns true if the space axes are those of the LVLH frame.
-   pure logical function in_lvlh_axes(system)
-      type(system_t), intent(in) :: system
-      in_lvlh_axes = .false.
-      if (system%effects%on_orbit) in_lvlh_axes = system%effects%orbit%is_frame
-   end function in_lvlh_axes
-
-   !> Finds all equilibria relative to the space axes. Errors: those of `find_equilibria`.
-   subroutine find_at_rest(system, speeds, found, status)
-      type(system_t), intent(in) :: system
-      !> Speeds of the wheels, as in `find_equilibria`.
-      real(wp), intent(in) :: speeds(:)
-      type(equilibria_t), intent(inout) :: found
-      type(status_t), intent(out) :: status
+      type(system_t) :: seen
       type(equilibrium_t) :: list(most_equilibria), one
+      !> Torque at rest, N m, and its derivative by a rotation, N m/rad, body axes; the matrix of ẋ = A x.
+      real(wp) :: torque(3), by_turn(3, 3)
+      real(wp), allocatable :: a(:, :)
       integer :: n, i, pass
-      call check_statics(system, status)
+      call view%prepare(system)
+      found%in_lvlh = view%exists .or. in_lvlh_axes(system)
+      seen = system
+      if (view%exists) seen = view%system
+      call check_statics(seen, status)
+      allocate (a(6 + seen%effects%n_wheels, 6 + seen%effects%n_wheels))
       n = 0
       do pass = 1, size(starts)
          do i = 0, starts(pass) - 1
             if (.not. status%ok()) return
-            call solve(system, speeds, attitude_of(i, starts(pass)), one, status)
+            call solve(attitude_of(i, starts(pass)))
             if (.not. status%ok() .or. one%index < 0) cycle
             if (is_known(one, list(:n))) cycle
             n = n + 1
@@ -122,7 +108,120 @@ contains
       end do
       found%items = list(:n)
       call sort(found%items)
-   end subroutine find_at_rest
+
+   contains
+
+      !> Solves L̇ = 0 by Newton's method; the index is -1 if the iteration does not converge.
+      subroutine solve(start)
+         !> Attitude; shape (4).
+         real(wp), intent(in) :: start(4)
+         real(wp) :: factors(3, 3), turn(3, 1), largest, scale
+         integer :: k, pivots(3), info
+         one = equilibrium_t(q=start, index=-1)
+         scale = 0.0_wp
+         do k = 1, most_iterations
+            call rest_torque(one%q)
+            if (.not. status%ok()) return
+            factors = by_turn
+            turn(:, 1) = -torque
+            scale = max(scale, maxval(abs(by_turn)))
+            call dgesv(3, 1, factors, 3, pivots, turn, 3, info)
+            if (info /= 0 .or. .not. maxval(abs(turn)) <= huge(1.0_wp)) exit
+            largest = maxval(abs(turn))
+            one%q = quat_normalized(quat_product(one%q, quat_from_rotation_vector( &
+                    turn(:, 1)*min(1.0_wp, longest_turn/max(largest, tiny(largest))))))
+            if (largest > settled) cycle
+            call describe()
+            return
+         end do
+         ! At rest, but the corrections do not vanish: a direction is flat.
+         if (maxval(abs(torque)) <= at_rest*scale) call describe()
+      end subroutine solve
+
+      !> Computes L̇ of a body that rests in the space axes, its derivative by a rotation at the end of which the body
+      !> rests too, and the linearised motion.
+      subroutine rest_torque(q)
+         real(wp), intent(in) :: q(4)
+         real(wp) :: rates(size(a, 1)), omega(3), unit(3)
+         integer :: k
+         omega = frame_rate_of(seen%effects, q)
+         call linearize_rates(seen, make_state(seen, q, omega, speeds=speeds), rates, a, status)
+         torque = matmul(seen%body%inertia, rates(4:6))
+         do k = 1, 3
+            unit = 0.0_wp
+            unit(k) = 1.0_wp
+            by_turn(:, k) = matmul(seen%body%inertia, a(4:6, k) + matmul(a(4:6, 4:6), cross(omega, unit)))
+         end do
+      end subroutine rest_torque
+
+      !> Computes energy, index and growth. Errors: `NUTATE_BAD_ARGUMENT` if W is constant in some direction.
+      subroutine describe()
+         complex(wp) :: eigenvalues(size(a, 1))
+         real(wp) :: values(3), vectors(3, 3)
+         integer :: k
+         where (abs(one%q) < 4*epsilon(1.0_wp)) one%q = 0.0_wp
+         if (one%q(findloc(abs(one%q) > 0.0_wp, .true., dim=1)) < 0.0_wp) one%q = -one%q
+         call rest_torque(one%q)
+         if (status%ok()) call symmetric_eigen(-0.5_wp*(by_turn + transpose(by_turn)), values, vectors, status)
+         if (status%ok()) call general_eigenvalues(a, eigenvalues, status)
+         if (.not. status%ok()) return
+         one%energy = effective_potential(one%q)
+         one%index = count(values < 0.0_wp)
+         k = minloc(abs(values), dim=1)
+         one%degenerate = abs(values(k)) <= flat*maxval(abs(values))
+         if (one%degenerate) then
+            one%index = count([values(:k - 1), values(k + 1:)] < 0.0_wp)
+            call descend(k, values, vectors)
+         end if
+         one%growth = maxval(real(eigenvalues, wp))
+         if (one%growth <= merge(indistinct(2), indistinct(1), one%degenerate)*maxval(abs(eigenvalues))) &
+            one%growth = 0.0_wp
+      end subroutine describe
+
+      !> Adds 1 to the index if W falls along the valley of a flat direction, on which the torque across it vanishes.
+      subroutine descend(k, values, vectors)
+         !> The flat one of the directions of W; second derivatives in them, and the directions.
+         integer, intent(in) :: k
+         real(wp), intent(in) :: values(3), vectors(3, 3)
+         real(wp) :: q(4), turn(3), change(2)
+         integer :: side, i, pass
+         do side = 1, 2
+            q = quat_product(one%q, quat_from_rotation_vector((2*side - 3)*way*vectors(:, k)))
+            do pass = 1, most_iterations
+               call rest_torque(q)
+               if (.not. status%ok()) return
+               turn = 0.0_wp
+               do i = 1, 3
+                  if (i /= k .and. abs(values(i)) > flat*maxval(abs(values))) &
+                     turn = turn + vectors(:, i)*dot_product(vectors(:, i), torque)/values(i)
+               end do
+               q = quat_normalized(quat_product(q, quat_from_rotation_vector(turn)))
+            end do
+            change(side) = effective_potential(q) - one%energy
+         end do
+         if (all(abs(change) <= level*maxval(abs(values)))) status = not_isolated()
+         if (all(change < 0.0_wp)) one%index = one%index + 1
+      end subroutine descend
+
+      !> Returns W, J.
+      pure real(wp) function effective_potential(q) result(w)
+         real(wp), intent(in) :: q(4)
+         real(wp) :: omega(3)
+         omega = frame_rate_of(seen%effects, q)
+         ! The sum of the momenta at rest and with Ω is JΩ + 2h, J with the wheels locked.
+         w = potential_energy(seen%effects, q) - 0.5_wp*dot_product(omega, &
+             body_momentum(make_state(seen, q, [0.0_wp, 0.0_wp, 0.0_wp], speeds=speeds)) + &
+             body_momentum(make_state(seen, q, omega, speeds=speeds)))
+      end function effective_potential
+
+   end subroutine find_equilibria
+
+   !> Returns true if the space axes are those of the LVLH frame.
+   pure logical function in_lvlh_axes(system)
+      type(system_t), intent(in) :: system
+      in_lvlh_axes = .false.
+      if (system%effects%on_orbit) in_lvlh_axes = system%effects%orbit%is_frame
+   end function in_lvlh_axes
 
    !> Returns the number of equilibria of an index.
    pure integer function number_of(self, index)
@@ -173,135 +272,10 @@ contains
       q = [inner*sin(alpha), inner*cos(alpha), outer*sin(beta), outer*cos(beta)]
    end function attitude_of
 
-   !> Solves L̇ = 0 by Newton's method.
-   subroutine solve(system, speeds, start, one, status)
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: speeds(:)
-      !> Attitude; shape (4).
-      real(wp), intent(in) :: start(4)
-      !> Equilibrium that was found; its index is -1 if the iteration did not converge.
-      type(equilibrium_t), intent(out) :: one
-      type(status_t), intent(out) :: status
-      real(wp), dimension(6 + system%effects%n_wheels, 6 + system%effects%n_wheels) :: a
-      real(wp) :: torque(3), by_turn(3, 3), factors(3, 3), turn(3, 1), largest, scale
-      integer :: k, pivots(3), info
-      one%index = -1
-      one%q = start
-      scale = 0.0_wp
-      do k = 1, most_iterations
-         call rest_torque(system, speeds, one%q, torque, by_turn, a, status)
-         if (.not. status%ok()) return
-         factors = by_turn
-         turn(:, 1) = -torque
-         scale = max(scale, maxval(abs(by_turn)))
-         call dgesv(3, 1, factors, 3, pivots, turn, 3, info)
-         if (info /= 0 .or. .not. maxval(abs(turn)) <= huge(1.0_wp)) exit
-         largest = maxval(abs(turn))
-         one%q = quat_normalized(quat_product(one%q, quat_from_rotation_vector(&
-                                                     turn(:, 1)*min(1.0_wp, longest_turn/max(largest, tiny(largest))))))
-         if (largest > settled) cycle
-         call describe(system, speeds, one, status)
-         return
-      end do
-      ! At rest, but the corrections do not vanish: a direction is flat.
-      if (maxval(abs(torque)) <= at_rest*scale) call describe(system, speeds, one, status)
-   end subroutine solve
-
    pure type(status_t) function not_isolated() result(status)
       status = fail(NUTATE_BAD_ARGUMENT, 'equilibria are not isolated: the effects do not feel some rotation '// &
                     '(expected three different moments of inertia, and several directions or a rotating frame)')
    end function not_isolated
-
-   !> Computes L̇ of a body that rests in the space axes, its derivative by a rotation at the end of which the body
-   !> rests too, and the linearised motion.
-   subroutine rest_torque(system, speeds, q, torque, by_turn, a, status)
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: speeds(:), q(4)
-      !> N m, and N m/rad, body axes; the matrix of ẋ = A x.
-      real(wp), intent(out) :: torque(3), by_turn(3, 3), a(:, :)
-      type(status_t), intent(out) :: status
-      real(wp) :: rates(size(a, 1)), omega(3), unit(3)
-      integer :: k
-      omega = frame_rate_of(system%effects, q)
-      call linearize_rates(system, make_state(system, q, omega, speeds=speeds), rates, a, status)
-      torque = matmul(system%body%inertia, rates(4:6))
-      do k = 1, 3
-         unit = 0.0_wp
-         unit(k) = 1.0_wp
-         by_turn(:, k) = matmul(system%body%inertia, a(4:6, k) + matmul(a(4:6, 4:6), cross(omega, unit)))
-      end do
-   end subroutine rest_torque
-
-   !> Computes energy, index and growth. Errors: `NUTATE_BAD_ARGUMENT` if W is constant in some direction.
-   subroutine describe(system, speeds, one, status)
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: speeds(:)
-      type(equilibrium_t), intent(inout) :: one
-      type(status_t), intent(out) :: status
-      real(wp), dimension(6 + system%effects%n_wheels, 6 + system%effects%n_wheels) :: a
-      complex(wp) :: eigenvalues(6 + system%effects%n_wheels)
-      real(wp) :: torque(3), by_turn(3, 3), values(3), vectors(3, 3)
-      integer :: k
-      where (abs(one%q) < 4*epsilon(1.0_wp)) one%q = 0.0_wp
-      if (one%q(findloc(abs(one%q) > 0.0_wp, .true., dim=1)) < 0.0_wp) one%q = -one%q
-      call rest_torque(system, speeds, one%q, torque, by_turn, a, status)
-      if (status%ok()) call symmetric_eigen(-0.5_wp*(by_turn + transpose(by_turn)), values, vectors, status)
-      if (status%ok()) call general_eigenvalues(a, eigenvalues, status)
-      if (.not. status%ok()) return
-      one%energy = effective_potential(system, speeds, one%q)
-      one%index = count(values < 0.0_wp)
-      k = minloc(abs(values), dim=1)
-      one%degenerate = abs(values(k)) <= flat*maxval(abs(values))
-      if (one%degenerate) then
-         one%index = count([values(:k - 1), values(k + 1:)] < 0.0_wp)
-         call descend(system, speeds, one, k, values, vectors, status)
-      end if
-      one%growth = maxval(real(eigenvalues, wp))
-      if (one%growth <= merge(indistinct(2), indistinct(1), one%degenerate)*maxval(abs(eigenvalues))) &
-         one%growth = 0.0_wp
-   end subroutine describe
-
-   !> Adds 1 to the index if W falls along the valley of a flat direction, on which the torque across it vanishes.
-   subroutine descend(system, speeds, one, k, values, vectors, status)
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: speeds(:)
-      type(equilibrium_t), intent(inout) :: one
-      !> The flat one of the directions of W; second derivatives in them, and the directions.
-      integer, intent(in) :: k
-      real(wp), intent(in) :: values(3), vectors(3, 3)
-      type(status_t), intent(inout) :: status
-      real(wp), dimension(6 + system%effects%n_wheels, 6 + system%effects%n_wheels) :: a
-      real(wp) :: q(4), torque(3), by_turn(3, 3), turn(3), change(2)
-      integer :: side, i, pass
-      do side = 1, 2
-         q = quat_product(one%q, quat_from_rotation_vector((2*side - 3)*way*vectors(:, k)))
-         do pass = 1, most_iterations
-            call rest_torque(system, speeds, q, torque, by_turn, a, status)
-            if (.not. status%ok()) return
-            turn = 0.0_wp
-            do i = 1, 3
-               if (i /= k .and. abs(values(i)) > flat*maxval(abs(values))) &
-                  turn = turn + vectors(:, i)*dot_product(vectors(:, i), torque)/values(i)
-            end do
-            q = quat_normalized(quat_product(q, quat_from_rotation_vector(turn)))
-         end do
-         change(side) = effective_potential(system, speeds, q) - one%energy
-      end do
-      if (all(abs(change) <= level*maxval(abs(values)))) status = not_isolated()
-      if (all(change < 0.0_wp)) one%index = one%index + 1
-   end subroutine descend
-
-   !> Returns W, J.
-   pure real(wp) function effective_potential(system, speeds, q) result(w)
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: speeds(:), q(4)
-      real(wp) :: omega(3)
-      omega = frame_rate_of(system%effects, q)
-      ! The sum of the momenta at rest and with Ω is JΩ + 2h, J with the wheels locked.
-      w = potential_energy(system%effects, q) - 0.5_wp*dot_product(omega, &
-          body_momentum(make_state(system, q, [0.0_wp, 0.0_wp, 0.0_wp], speeds=speeds)) + &
-          body_momentum(make_state(system, q, omega, speeds=speeds)))
-   end function effective_potential
 
    pure subroutine sort(list)
       type(equilibrium_t), intent(inout) :: list(:)

@@ -73,36 +73,19 @@ contains
       real(wp), intent(in) :: end_time
       type(linearization_t), intent(out) :: result
       type(status_t), intent(out) :: status
-      type(lvlh_view_t) :: view
+      type(system_t) :: seen
       type(state_t) :: inner
-      call view%prepare(system)
-      if (.not. view%exists) then
-         call linearize_here(system, start, end_time, result, status)
-         return
-      end if
-      call view%to_lvlh(start, inner)
-      call linearize_here(view%system, inner, end_time, result, status)
-      result%q = start%q
-   end subroutine linearize_equilibrium
-
-   !> Linearises about an equilibrium in the axes of a system. Errors: those of `linearize_equilibrium`.
-   subroutine linearize_here(system, start, end_time, result, status)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: start
-      !> Time up to which the forces have to stay the same, s, as in `linearize_equilibrium`.
-      real(wp), intent(in) :: end_time
-      type(linearization_t), intent(out) :: result
-      type(status_t), intent(out) :: status
       type(state_t) :: state
       real(wp), allocatable :: rates(:), a(:, :)
       real(wp) :: pace, span, worst
       integer :: k
       logical :: constant
-      call describe(system, start, result, status)
+      call see_from_orbit(system, start, seen, inner)
+      call describe(seen, inner, result, status)
       if (.not. status%ok()) return
-      call input_matrix(system, motors_of(system), result%b)
+      call input_matrix(seen, motors_of(seen), result%b)
       allocate (rates(size(result%states)), a(size(result%states), size(result%states)))
-      call linearize_rates(system, start, rates, result%a, status)
+      call linearize_rates(seen, inner, rates, result%a, status)
       if (status%ok()) call general_eigenvalues(result%a, result%eigenvalues, status)
       if (.not. status%ok()) return
       result%residual = maxval(abs(rates))
@@ -113,14 +96,14 @@ contains
          status = refusal(result%residual)
          return
       end if
-      span = turn_time(system, start, result%omega, pace)
+      span = turn_time(seen, inner, result%omega, pace)
       worst = start%t
       constant = .true.
       do k = 1, size(places)
-         if (span > 0.0_wp) state = moved(system, result, start%t, places(k)*span)
-         if (.not. span > 0.0_wp) state = make_state(system, result%q, result%omega, &
+         if (span > 0.0_wp) state = moved(seen, result, start%t, places(k)*span)
+         if (.not. span > 0.0_wp) state = make_state(seen, result%q, result%omega, &
                                                      start%t + places(k)*(end_time - start%t), result%speeds)
-         call linearize_rates(system, state, rates, a, status)
+         call linearize_rates(seen, state, rates, a, status)
          if (.not. status%ok()) return
          constant = constant .and. .not. differs(a, result%a, pace)
          if (maxval(abs(rates)) > result%residual) worst = state%t
@@ -132,7 +115,25 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the start is no equilibrium: the derivatives of the forces change '// &
                        'along the motion (expected constant ones, or a period to linearise over)')
       end if
-   end subroutine linearize_here
+      result%q = start%q
+   end subroutine linearize_equilibrium
+
+   !> Returns system and state as seen from the LVLH frame if they are on a circular orbit, else as they are.
+   subroutine see_from_orbit(system, state, seen, inner)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(system_t), intent(out) :: seen
+      type(state_t), intent(out) :: inner
+      type(lvlh_view_t) :: view
+      call view%prepare(system)
+      if (view%exists) then
+         seen = view%system
+         call view%to_lvlh(state, inner)
+      else
+         seen = system
+         inner = state
+      end if
+   end subroutine see_from_orbit
 
    !> Returns the error for a start that is no equilibrium.
    function refusal(residual, t) result(status)
@@ -246,30 +247,8 @@ contains
       real(wp), intent(in) :: period
       type(linearization_t), intent(out) :: result
       type(status_t), intent(out) :: status
-      type(lvlh_view_t) :: view
+      type(system_t) :: seen, driven
       type(state_t) :: inner
-      call view%prepare(system)
-      if (.not. view%exists) then
-         call linearize_period_here(system, settings, start, plan, period, result, status)
-         return
-      end if
-      call view%to_lvlh(start, inner)
-      call linearize_period_here(view%system, settings, inner, plan, period, result, status)
-      result%q = start%q
-   end subroutine linearize_period
-
-   !> Linearises a period of the motion in the axes of a system. Errors: those of `linearize_period`.
-   subroutine linearize_period_here(system, settings, start, plan, period, result, status)
-      type(system_t), intent(in) :: system
-      !> Settings of the run, as in `linearize_period`.
-      type(integrator_settings_t), intent(in) :: settings
-      type(state_t), intent(in) :: start
-      type(run_plan_t), intent(in) :: plan
-      !> Period, s, positive.
-      real(wp), intent(in) :: period
-      type(linearization_t), intent(out) :: result
-      type(status_t), intent(out) :: status
-      type(system_t) :: driven
       type(run_plan_t) :: one
       type(run_t) :: run
       if (needs_control(system%effects)) then
@@ -277,21 +256,23 @@ contains
                        'speed_limit in &wheel, no sample and no limits in &controller)')
          return
       end if
-      call describe(system, start, result, status)
+      call see_from_orbit(system, start, seen, inner)
+      call describe(seen, inner, result, status)
       if (.not. status%ok()) return
       result%period = period
       one%goal = plan%goal
       one%max_steps = plan%max_steps
       one%end_time = start%t + period
       if (abs(plan%time_step) > 0.0_wp) one%time_step = period/max(1.0_wp, -aint(-period/abs(plan%time_step) + 1e-9_wp))
-      driven = with_inputs(system)
-      call run%begin(driven, settings_for(settings), start, one, status)
-      if (status%ok()) call run%differentiate(variations_of(driven, motors_of(system)), driven, status)
+      driven = with_inputs(seen)
+      call run%begin(driven, settings_for(settings), inner, one, status)
+      if (status%ok()) call run%differentiate(variations_of(driven, motors_of(seen)), driven, status)
       if (status%ok()) call run%run_to_end(driven, status)
       if (status%ok()) call read_tangent(driven, run%state, run%tangent, result)
       if (status%ok()) call general_eigenvalues(result%a, result%eigenvalues, status)
-      if (status%ok()) call close_period(system, start, run%state, result, status)
-   end subroutine linearize_period_here
+      if (status%ok()) call close_period(seen, inner, run%state, result, status)
+      result%q = start%q
+   end subroutine linearize_period
 
    !> Returns settings with a method that has sensitivities and admits torques.
    pure type(integrator_settings_t) function settings_for(settings) result(chosen)

@@ -92,92 +92,76 @@ contains
 
       call make_stepper(problem%system, settings_of(problem%settings, point%method), stepper, status)
       if (.not. status%ok()) return
-      call measure_errors(problem, reference, stepper, budget, point, status)
+      call measure_errors()
       if (.not. status%ok() .or. point%is_subdivided()) return
-      call measure_time(problem, stepper, sample, budget, point, status)
-   end subroutine measure_point
+      call measure_time()
 
-   !> Measures steps, iterations and errors.
-   subroutine measure_errors(problem, reference, stepper, budget, point, status)
-      type(problem_t), intent(in) :: problem
-      type(reference_t), intent(in) :: reference
-      class(stepper_t), intent(inout) :: stepper
-      type(study_budget_t), intent(inout) :: budget
-      type(work_point_t), intent(inout) :: point
-      type(status_t), intent(out) :: status
-      type(run_monitor_t) :: monitor
-      type(outcome_t) :: outcome
+   contains
 
-      monitor%budget = budget
-      monitor%measures = .true.
-      call monitor%invariants%start(problem%system, problem%start, problem%settings%inverse_auxiliary_inertia)
-      call run(problem, stepper, point, monitor, outcome, status)
-      budget%evaluations = monitor%budget%evaluations
-      if (.not. status%ok()) return
-      associate (summary => outcome%summary)
-         point%steps = summary%steps
-         if (point%tolerance > 0.0_wp) point%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
-         ! The closed solution gives the end without steps.
-         if (methods(point%method)%order < 1) then
-            point%steps = 1
-            point%time_step = problem%duration()
+      !> Measures steps, iterations and errors.
+      subroutine measure_errors()
+         type(run_monitor_t) :: monitor
+         type(outcome_t) :: outcome
+
+         monitor%measures = .true.
+         call monitor%invariants%start(problem%system, problem%start, problem%settings%inverse_auxiliary_inertia)
+         call run(monitor, outcome)
+         if (.not. status%ok()) return
+         associate (summary => outcome%summary)
+            point%steps = summary%steps
+            if (point%tolerance > 0.0_wp) point%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
+            ! The closed solution gives the end without steps.
+            if (methods(point%method)%order < 1) then
+               point%steps = 1
+               point%time_step = problem%duration()
+            end if
+            point%subdivided_steps = summary%subdivided_steps
+            point%parts = summary%parts
+            point%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)
+         end associate
+         if (reference%known()) point%attitude_error = attitude_distance(outcome%state%q, reference%q)
+         point%momentum_error = monitor%invariants%momentum_error()
+         point%energy_error = monitor%invariants%energy_error()
+         point%norm_error = monitor%invariants%norm_error
+      end subroutine measure_errors
+
+      !> Measures the median wall time of integrations from the start to the end. Each has a stepper that is prepared
+      !> anew, so that all do the same work; preparing is not part of the time.
+      subroutine measure_time()
+         type(run_monitor_t) :: monitor
+         type(outcome_t) :: outcome
+         real(wp) :: samples(most_samples), begun
+
+         begun = budget%spent()
+         point%samples = 0
+         do while (point%samples < most_samples)
+            call stepper%prepare(problem%system, settings_of(problem%settings, point%method), status)
+            if (.not. status%ok()) return
+            call run(monitor, outcome)
+            if (.not. status%ok()) return
+            samples(point%samples + 1) = outcome%seconds
+            point%samples = point%samples + 1
+            if (point%samples >= fewest_samples .and. budget%spent() - begun >= sample) exit
+         end do
+         point%seconds = median(samples(1:point%samples))
+      end subroutine measure_time
+
+      !> Performs one integration, at the given step or to the given tolerance, and adds it to the budget.
+      subroutine run(monitor, outcome)
+         type(run_monitor_t), intent(inout) :: monitor
+         type(outcome_t), intent(out) :: outcome
+         monitor%budget = budget
+         monitor%stages = methods(point%method)%stages
+         if (point%tolerance > 0.0_wp) then
+            call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, monitor, &
+                                  outcome, status)
+         else
+            call run_once(problem, stepper, point%time_step, monitor, outcome, status)
          end if
-         point%subdivided_steps = summary%subdivided_steps
-         point%parts = summary%parts
-         point%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)
-      end associate
-      if (reference%known()) point%attitude_error = attitude_distance(outcome%state%q, reference%q)
-      point%momentum_error = monitor%invariants%momentum_error()
-      point%energy_error = monitor%invariants%energy_error()
-      point%norm_error = monitor%invariants%norm_error
-   end subroutine measure_errors
-
-   !> Measures the median wall time of integrations from the start to the end. Each has a stepper that is prepared anew,
-   !> so that all do the same work; preparing is not part of the time.
-   subroutine measure_time(problem, stepper, sample, budget, point, status)
-      type(problem_t), intent(in) :: problem
-      class(stepper_t), intent(inout) :: stepper
-      real(wp), intent(in) :: sample
-      type(study_budget_t), intent(inout) :: budget
-      type(work_point_t), intent(inout) :: point
-      type(status_t), intent(out) :: status
-      type(run_monitor_t) :: monitor
-      type(outcome_t) :: outcome
-      real(wp) :: samples(most_samples), begun
-
-      monitor%budget = budget
-      begun = budget%spent()
-      point%samples = 0
-      do while (point%samples < most_samples)
-         call stepper%prepare(problem%system, settings_of(problem%settings, point%method), status)
-         if (.not. status%ok()) return
-         call run(problem, stepper, point, monitor, outcome, status)
          budget%evaluations = monitor%budget%evaluations
-         if (.not. status%ok()) return
-         samples(point%samples + 1) = outcome%seconds
-         point%samples = point%samples + 1
-         if (point%samples >= fewest_samples .and. budget%spent() - begun >= sample) exit
-      end do
-      point%seconds = median(samples(1:point%samples))
-   end subroutine measure_time
+      end subroutine run
 
-   !> Performs one integration, at the given step or to the given tolerance.
-   subroutine run(problem, stepper, point, monitor, outcome, status)
-      type(problem_t), intent(in) :: problem
-      !> Prepared stepper, used for fixed steps.
-      class(stepper_t), intent(inout) :: stepper
-      type(work_point_t), intent(in) :: point
-      type(run_monitor_t), intent(inout) :: monitor
-      type(outcome_t), intent(out) :: outcome
-      type(status_t), intent(out) :: status
-      monitor%stages = methods(point%method)%stages
-      if (point%tolerance > 0.0_wp) then
-         call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, monitor, &
-                               outcome, status)
-      else
-         call run_once(problem, stepper, point%time_step, monitor, outcome, status)
-      end if
-   end subroutine run
+   end subroutine measure_point
 
    !> Returns the point of a method's curve at an attitude error, by interpolation between the logarithms of errors,
    !> times and steps of two runs; none if the runs do not reach it. The error is assumed to fall no faster than the
