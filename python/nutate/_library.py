@@ -6,11 +6,12 @@ import ctypes
 import difflib
 import importlib
 import os
+import re
 import signal
 import sys
 import warnings
 from threading import get_ident, main_thread
-from typing import Any, Callable, Optional, Sequence, Union
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -317,35 +318,61 @@ FLOAT = np.dtype(np.float64)
 PLAIN = frozenset((float, int, bool, np.float64, np.int64))
 
 
-def refuse_units(values: Any, name: str) -> None:
-    """Rejects quantities of astropy, pint and unyt, also in lists: NumPy would ignore their unit; and masked values in lists."""
+# Units that xarray and pandas may name in attrs: coherent ones of the SI, with powers, and those of angles where degrees are expected.
+WORDS = (r"(?:rad(?:ians?)?|s(?:ec(?:onds?)?)?|m(?:et(?:er|re)s?)?|kg|kilograms?|N|newtons?|Nms?|J|joules?|T|teslas?|A|amperes?|"
+         r"dimensionless|per|unit|or)")
+SI_UNITS = re.compile(rf"1?(?:[\s.·*/()]|{WORDS}(?:(?:\^|\*\*)?[-+⁻]?[\d¹²³])?(?![^\W_]))*")
+DEGREE_UNITS = re.compile(r"(?:(?:°|deg(?:rees?)?)(?:\s*(?:/|per|\*)?\s*s(?:ec(?:onds?)?)?(?:(?:\^|\*\*)?-1)?)?)?")
+
+
+def attributed_units(values: Any) -> list[str]:
+    """The units in the attributes of an object of xarray, pandas or h5py; pandas has those of all columns by their names."""
+    units = values.attrs.get("units", "") if hasattr(values.attrs, "get") else ""
+    if isinstance(units, Mapping):
+        names = getattr(values, "columns", None)
+        return [str(units.get(name, "")) for name in ([getattr(values, "name", None)] if names is None else names)]
+    return [units.decode() if isinstance(units, bytes) else str(units)]
+
+
+def is_expected(unit: str, degrees: bool) -> bool:
+    """True for a coherent unit of the SI; if `degrees`, angles and their rates are in degrees instead of radians."""
+    return bool(SI_UNITS.fullmatch(unit) and not (degrees and "rad" in unit) or degrees and DEGREE_UNITS.fullmatch(unit))
+
+
+def refuse_units(values: Any, name: str, degrees: bool = False) -> None:
+    """Rejects quantities of astropy, pint and unyt, also in lists: NumPy would ignore their unit; other units in attributes than those of
+    the SI or, if `degrees`, degrees; and masked values in lists."""
     if type(values) in (tuple, list):
         if PLAIN.issuperset(map(type, values)):
             return
         for value in values:
-            refuse_units(value, name)
+            refuse_units(value, name, degrees)
             if np.ma.is_masked(value):
                 raise refusal(f"{name} has masked values (expected real numbers)")
         return
     # An xarray.DataArray shows its attributes, and those of a history have the unit that is expected.
     if hasattr(values, "attrs"):
+        for unit in attributed_units(values):
+            if not is_expected(unit.strip(), degrees):
+                raise refusal(f"{name} has the unit {unit!r} (expected {'degrees' if degrees else 'SI units and radians'}; "
+                              "convert it, and correct attrs['units'])")
         values = getattr(values, "data", None)
     if getattr(values, "unit", None) is not None or getattr(values, "units", None) is not None:
         raise refusal(f"{name} has a unit (expected numbers without one, in the documented unit)")
 
 
-def doubles(values: Any, name: str) -> Array:
+def doubles(values: Any, name: str, degrees: bool = False) -> Array:
     """A contiguous array of doubles. Masked, complex and calendar values are rejected: NumPy would convert what is under the mask,
     the real part, and a count of some unit of time; quantities with a unit, too."""
     if type(values) is np.ndarray and values.dtype is FLOAT:
         return np.asarray(values, order="C")
     if type(values) in (tuple, list) and PLAIN.issuperset(map(type, values)):
         return np.array(values, dtype=FLOAT)
-    refuse_units(values, name)
+    refuse_units(values, name, degrees)
     try:
         array: Any = np.asarray(values)
         if array.dtype.kind == "O":
-            refuse_units(array.ravel().tolist(), name)
+            refuse_units(array.ravel().tolist(), name, degrees)
         whole = np.asarray(array.real, dtype=FLOAT, order="C")
     except NutateValueError:
         raise
@@ -369,9 +396,9 @@ def number(value: Any, name: str) -> float:
     return float(value)
 
 
-def vector(values: npt.ArrayLike, size: int, name: str) -> Array:
+def vector(values: npt.ArrayLike, size: int, name: str, degrees: bool = False) -> Array:
     """A contiguous array of so many doubles."""
-    array = doubles(values, name)
+    array = doubles(values, name, degrees)
     if array.shape != (size,):
         raise refusal(f"{name} has shape {array.shape} (expected {size} numbers)")
     return array

@@ -19,9 +19,9 @@ from ._library import Array, check, doubles, library, pointer, quaternion, refus
 from .systems import System
 
 
-def _rows(values: Any, shape: tuple[int, ...], name: str) -> Array:
+def _rows(values: Any, shape: tuple[int, ...], name: str, degrees: bool = False) -> Array:
     """Numbers of the shape, or an array of these along a leading axis."""
-    array = doubles(values, name)
+    array = doubles(values, name, degrees)
     if array.shape[-len(shape):] != shape or array.ndim > len(shape) + 1:
         wanted = " x ".join(str(n) for n in shape)
         raise refusal(f"{name} has shape {array.shape} (expected {wanted} numbers, or n times these)")
@@ -58,9 +58,9 @@ def _each_row(array: Array, n: int, advances: bool) -> Iterator[Any]:
     return (ctypes.c_double.from_buffer(memory, i * size) for i in range(n))
 
 
-def _angles(values: npt.ArrayLike, degrees: bool) -> Array:
-    """Angles in radians."""
-    array = doubles(values, "angle")
+def _angles(values: npt.ArrayLike, degrees: bool, name: str = "angle", shape: tuple[int, ...] = ()) -> Array:
+    """Angles in radians, of any shape or of this one as `_rows` has it."""
+    array = _rows(values, shape, name, degrees) if shape else doubles(values, name, degrees)
     return np.radians(array) if degrees else array
 
 
@@ -186,7 +186,7 @@ def follow_euler(q: Any, angles: Optional[npt.ArrayLike] = None, *, degrees: boo
     if angles is None:
         followed = np.atleast_2d(euler_from_quat(np.atleast_2d(attitudes)[:1]))[0].copy()
     else:
-        followed = _angles(vector(angles, 3, "angles"), degrees).copy()
+        followed = _angles(vector(angles, 3, "angles", degrees), degrees).copy()
     found = []
     for attitude in np.atleast_2d(attitudes):
         check(library.nutate_follow_euler(pointer(np.ascontiguousarray(attitude)), pointer(followed)),
@@ -220,7 +220,7 @@ def quat_from_euler(angles: npt.ArrayLike, *, degrees: bool = False) -> Array:
     >>> nutate.quat_from_euler((0, 180, 0), degrees=True).round(12).tolist()
     [0.0, 1.0, 0.0, 0.0]
     """
-    return _converted("nutate_quat_from_euler", (4,), (_angles(_rows(angles, (3,), "angles"), degrees), 1))
+    return _converted("nutate_quat_from_euler", (4,), (_angles(angles, degrees, "angles", (3,)), 1))
 
 
 def omega_from_euler_rates(angles: npt.ArrayLike, rates: npt.ArrayLike, *, degrees: bool = False) -> Array:
@@ -248,8 +248,8 @@ def omega_from_euler_rates(angles: npt.ArrayLike, rates: npt.ArrayLike, *, degre
     >>> nutate.omega_from_euler_rates((0, 90, 0), (10, 0, 5), degrees=True).round(9).tolist()
     [0.0, 10.0, 5.0]
     """
-    return _given(_converted("nutate_omega_from_euler_rates", (3,), (_angles(_rows(angles, (3,), "angles"), degrees), 1),
-                             (_angles(_rows(rates, (3,), "rates"), degrees), 1)), degrees)
+    return _given(_converted("nutate_omega_from_euler_rates", (3,), (_angles(angles, degrees, "angles", (3,)), 1),
+                             (_angles(rates, degrees, "rates", (3,)), 1)), degrees)
 
 
 def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike, *, degrees: bool = False) -> Array:
@@ -348,7 +348,7 @@ def quat_from_rotation_vector(v: npt.ArrayLike, *, degrees: bool = False) -> Arr
     >>> nutate.quat_from_rotation_vector((0, 0, 180), degrees=True).round(12).tolist()
     [0.0, 0.0, 0.0, 1.0]
     """
-    return _converted("nutate_quat_from_rotation_vector", (4,), (_angles(_rows(v, (3,), "v"), degrees), 1))
+    return _converted("nutate_quat_from_rotation_vector", (4,), (_angles(v, degrees, "v", (3,)), 1))
 
 
 def rotation_vector_from_quat(q: Any, *, degrees: bool = False) -> Array:

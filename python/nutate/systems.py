@@ -17,15 +17,16 @@ def group(name: str, /, **values: Any) -> str:
 
     def text(value: Any, key: str) -> str:
         items: Any = value
-        refuse_units(value, key)
+        refuse_units(value, key, degrees)
         if isinstance(value, str):
             return "'" + value.replace("'", "''") + "'"
         if isinstance(value, (bool, np.bool_)):
             return ".true." if value else ".false."
         if isinstance(value, (int, np.integer)) and not isinstance(value, np.timedelta64):
             return str(int(value))
-        return ", ".join(text(item, key) for item in items) if np.ndim(items) else repr(float(doubles(items, key)))
+        return ", ".join(text(item, key) for item in items) if np.ndim(items) else repr(float(doubles(items, key, degrees)))
 
+    degrees = bool(values.get("degrees"))
     given = [f"{key} = {text(value, key)}" for key, value in values.items() if value is not None]
     return f"&{name} " + ", ".join(given) + " /\n"
 

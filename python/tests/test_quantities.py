@@ -78,6 +78,56 @@ class QuantityTest(unittest.TestCase):
             for use in (uses["t"], uses["time_step"], uses["omega0"]):
                 self.refuse(kind + " values", use, one)
 
+    def test_units_in_attributes(self):
+        """As those of xarray, of pandas, which has them by the names of columns, and of h5py, which has bytes."""
+        class Labelled:
+            def __init__(self, values, units, name=None, columns=None):
+                self.values, self.attrs, self.name = np.array(values), {"units": units}, name
+                if columns:
+                    self.columns = columns
+
+            def __array__(self, dtype=None, copy=None):
+                return np.array(self.values, dtype)
+
+            def __float__(self):
+                return float(self.values)
+
+            def __iter__(self):
+                return iter(self.values)
+
+        box = nutate.System(moments=(5, 20, 17))
+        uses = {"omega0": lambda units, **more: nutate.solve(box, omega0=Labelled((0, 0, 1), units, **more), t_span=(0, 1)),
+                "angle": lambda units, **more: nutate.quat_from_axis_angle((0, 0, 1), Labelled(1.0, units, **more)),
+                "angles": lambda units, **more: nutate.quat_from_euler(Labelled((0, 0, 1), units, **more)),
+                "t": lambda units, **more: nutate.Stepper(box).set_state((1, 0, 0, 0), (0, 0, 1), t=Labelled(1.0, units, **more)),
+                "mass": lambda units, **more: nutate.System(moments=(5, 20, 17), mass=Labelled(1.0, units, **more)),
+                "moments": lambda units, **more: nutate.System(moments=[1, 1, Labelled(1.0, units, **more)]),
+                "coefficient": lambda units, **more: box.add("damping", coefficient=Labelled((1, 1, 1), units, **more)),
+                "axis": lambda units, **more: nutate.System(moments=(5, 20, 17)).add_wheel(Labelled((0, 0, 1), units, **more), 0.01)}
+        for name, use in uses.items():
+            for units in ("deg", "deg/s", "°", "g", "rpm", "minutes", "min", "ms", "mrad", "km", "kN m", "furlong", "10 s", b"deg"):
+                with self.subTest(use=name, units=units):
+                    self.refuse(f"{name} has the unit '{units if isinstance(units, str) else units.decode()}'.*SI units", use, units)
+            self.refuse(f"{name} has the unit 'deg/s'", lambda units: use(units, name="b"), {"a": "s", "b": "deg/s"})
+            self.refuse(f"{name} has the unit 'deg/s'", lambda units: use(units, columns=["a", "b"]), {"a": "s", "b": "deg/s"})
+            use({"a": "deg", "b": "rad/s"}, name="b")
+            use({"a": "deg"}, name="b")
+            for units in ("", "1", "rad", "radians", "rad s-1", "rad s^-1", "rad/s", "1/s", "s", "seconds", "kg", "kg m2", "kg*m**2",
+                          "N m s", "N·m", "N m or A m2", "rad/s per unit", "dimensionless", b"rad/s"):
+                with self.subTest(use=name, units=units):
+                    use(units)
+        degrees = {"angles": lambda units: nutate.quat_from_euler(Labelled((0, 0, 90), units), degrees=True),
+                   "angle": lambda units: nutate.quat_from_axis_angle((0, 0, 1), Labelled(90.0, units), degrees=True),
+                   "rates": lambda units: nutate.omega_from_euler_rates((0, 0, 0), Labelled((0, 0, 90), units), degrees=True),
+                   "inclination": lambda units: nutate.System(moments=(5, 20, 17)).add(
+                       "orbit", altitude=Labelled(5e5, "m"), inclination=Labelled(90.0, units), degrees=True)}
+        for name, use in degrees.items():
+            for units in ("deg", "degrees", "°", "deg/s", "deg s-1", "degrees per second", ""):
+                with self.subTest(use=name, units=units):
+                    use(units)
+            for units in ("rad", "rad/s", "arcmin"):
+                self.refuse(f"{name} has the unit '{units}'.*degrees", use, units)
+
 
 if __name__ == "__main__":
     unittest.main()
