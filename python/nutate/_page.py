@@ -24,7 +24,7 @@ from .shapes import Surface, surface_of, wheel_axes
 from .solutions import Solution
 from .steppers import Stepper
 from .systems import System
-from .tables import stacked
+from .tables import columns_of_motion, stacked
 
 # Turn between two frames, rad: the one that is aimed at, and the largest; and how many frames there are.
 FRAME_TURN, LARGEST_TURN = 0.2, 0.3
@@ -37,6 +37,8 @@ SLOWEST, FASTEST, LONGEST, PLEASANT = 0.3, 12.0, 120.0, 4.0
 LONGEST_NAME = 255
 Rows = Mapping[str, Array]
 COLUMNS = ("quaternion", "angular_velocity", "angular_momentum_space", "energy")
+SHOWN = r"t|[qL]\d|omega\d|l_[xyz]|lvlh_q\d|roll|pitch|yaw|phi|theta|kinetic|potential|total|work|wheel\d_speed"
+MOMENTUM = ("l_x", "l_y", "l_z")
 ENERGIES = ("kinetic", "potential", "total", "work")
 
 PAGE = """<!DOCTYPE html>
@@ -156,7 +158,7 @@ def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System]
     ----------
     motion : Solution, Scene, str, path, or dict of arrays
         Solution of `solve`; Scene, or the path of one, which is run; or the columns of a run with the sets quaternion and
-        angular_velocity.
+        angular_velocity, for a body with wheels or inner spheres also angular_momentum_space.
     system : System
         Body that moved, needed with the columns of a run.
     *overrides : str
@@ -206,7 +208,8 @@ def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System]
         else:
             rows, overview = columns, columns
     else:
-        rows, overview = motion, motion
+        rows = columns_of_motion(motion, [name for name in motion if re.fullmatch(SHOWN, name)])
+        overview = rows
         if start is not None:
             kept = (rows["t"] - start) * np.sign(rows["t"][-1] - rows["t"][0]) >= 0
             rows = {name: values[kept] for name, values in rows.items()}
@@ -331,7 +334,7 @@ def path_of(system: System, surface: Surface, rows: Rows) -> dict[str, Any]:
     if first != second:
         return {"name": "the symmetry axis", "point": axes[:, 2] if first else axes[:, 0], "hangs": False}
     q = np.array([rows[f"q{i}"][0] for i in range(4)]) * (1, -1, -1, -1)
-    axis = int(np.argmax(np.abs(rotated(q, np.array([rows[name][0] for name in ("l_x", "l_y", "l_z")])))))
+    axis = int(np.argmax(np.abs(rotated(q, np.array([rows[name][0] for name in MOMENTUM])))))
     return {"name": f"axis {axis + 1}", "point": np.eye(3)[axis], "hangs": False}
 
 
@@ -367,14 +370,21 @@ def page_of(rows: Rows, overview: Rows, events: Sequence[tuple[str, float]], sys
 
 
 def with_momentum(rows: Rows, system: System) -> Rows:
-    """The rows with the angular momentum, space axes."""
-    if "l_x" in rows:
+    """The rows with the angular momentum, space axes. Attitude and rate do not tell that of wheels and inner spheres."""
+    if all(name in rows for name in MOMENTUM):
         return rows
     q, omega = stacked(dict(rows), "q", range(4)), stacked(dict(rows), "omega", range(1, 4))
-    stepper = Stepper(system)
-    stepper.set_state(q[0] / np.linalg.norm(q[0]), omega[0])
-    held = stepper.angular_momentum - system.inertia @ omega[0]  # by rotors, and by wheels of constant speed
-    return {**rows, **dict(zip(("l_x", "l_y", "l_z"), rotated(q, omega @ system.inertia.T + held).T))}
+    q = q / np.linalg.norm(q, axis=1)[:, None]
+    if all(f"L{i}" in rows for i in (1, 2, 3)):
+        return {**rows, **dict(zip(MOMENTUM, rotated(q, stacked(dict(rows), "L", range(1, 4))).T))}
+    momenta, stepper = np.empty((len(q), 3)), Stepper(system)
+    if stepper.wheels or stepper.spheres:
+        raise refusal("the rows lack the angular momentum, which wheels and inner spheres change (expected the columns of "
+                      "angular_momentum_space)")
+    for i, t in enumerate(rows["t"]):
+        stepper.set_state(q[i], omega[i], float(t))
+        momenta[i] = stepper.angular_momentum_space
+    return {**rows, **dict(zip(MOMENTUM, momenta.T))}
 
 
 def with_angles(rows: Rows) -> Rows:

@@ -11,7 +11,7 @@ import numpy as np
 from ._library import Array, refusal
 from ._units import COMPONENTS, GREY, QUANTITIES
 from .solutions import Solution
-from .tables import unit_of
+from .tables import columns_of_motion, unit_of
 
 # Columns that a picture has only if they are requested, beside those that show errors.
 AUXILIARY = ("p0", "p1", "p2", "p3")
@@ -158,6 +158,7 @@ def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals:
     if "t" not in rows or len(rows) < 2 or not len(rows["t"]):
         raise refusal("there are no rows to plot (expected t and other columns of a run)")
     wanted = list(columns) or usual_columns(rows, residuals)
+    rows = columns_of_motion(rows, ["t", *wanted])
     panels: dict[tuple[int, str], list[str]] = {}
     for name in wanted:
         look = look_of(name)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from ._library import Text, answer, check, doubles, encoded, interruptible, library, pointer, refusal, text_of, ticking
 from .scenes import Scene
+from .tables import reject_repeated
 
 SceneOrPath = Union[Scene, str, bytes, "os.PathLike[str]"]
 Rows = npt.NDArray[np.void]
@@ -178,6 +179,7 @@ def columns_of(table: Any) -> tuple[list[str], npt.NDArray[np.float64]]:
     names = getattr(getattr(table, "dtype", None), "names", None) or (list(table.keys()) if hasattr(table, "keys") else None)
     if not names or not all(isinstance(name, str) for name in names):
         raise refusal("table has no named columns (expected a mapping, a DataFrame or a structured array)")
+    reject_repeated(names)
     columns = [doubles(table[name], f"column {name}") for name in names]
     try:
         numbers = np.stack(columns, axis=-1)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import importlib
 import re
-from typing import Any, Iterator, Mapping, Union
+from typing import Any, Iterable, Iterator, Mapping, Union
 
 import numpy as np
 
-from ._library import Array, KnownAttributes
+from ._library import Array, KnownAttributes, doubles, refusal
 from ._units import UNITS
 
 # Columns that are components of one quantity: its name and its axis.
@@ -29,6 +29,20 @@ def unit_of(name: str) -> str:
 def stacked(columns: Mapping[str, Array], name: str, numbers: Any) -> Array:
     """Columns NAME with the numbers, side by side."""
     return np.stack([columns[f"{name}{i}"] for i in numbers], axis=-1)
+
+
+def reject_repeated(names: Iterable[str]) -> None:
+    """Raises an error if a name occurs twice, as columns of pandas can."""
+    listed = list(names)
+    for i, name in enumerate(listed):
+        if name in listed[:i]:
+            raise refusal(f"there are two columns {name!r} (expected one)")
+
+
+def columns_of_motion(motion: Mapping[str, Array], wanted: Iterable[str]) -> dict[str, Array]:
+    """Columns of a motion as arrays; rejects repeated columns and wrong units in attributes."""
+    reject_repeated(motion)
+    return {name: doubles(motion[name], f"column {name}", "_deg" in name) for name in wanted}
 
 
 class Columns(KnownAttributes, Mapping[str, Array]):

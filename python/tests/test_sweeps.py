@@ -165,6 +165,17 @@ class TableTest(unittest.TestCase):
         with self.assertRaisesRegex(nutate.NutateValueError, "more members than lines"):
             nutate.sweep(scene, table={"body.inertia.1": [5.0]})
 
+    def test_a_column_that_pandas_has_twice_is_refused(self):
+        class Frame:
+            def keys(self):
+                return ["body.inertia.1", "body.inertia.1"]
+
+            def __getitem__(self, name):
+                return np.array([[5.0, 6.0], [5.0, 6.0]])
+
+        with self.assertRaisesRegex(nutate.NutateValueError, "there are two columns 'body.inertia.1'"):
+            nutate.sweep(nutate.Scene(text=BODY), table=Frame())
+
     def test_what_is_no_table_is_refused(self):
         scene = nutate.Scene(text=BODY)
         for table, says in (({}, "no named columns"), ([[1.0]], "no named columns"), ({1: [1.0]}, "no named columns"),

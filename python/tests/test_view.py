@@ -214,6 +214,44 @@ class PageTest(unittest.TestCase):
         for name in ("l_x", "l_y", "l_z"):
             np.testing.assert_allclose(shown[name], solution.columns[name], atol=1e-4)
 
+    def test_the_momentum_of_columns_that_lack_it(self):
+        """By L, by the inertia at the time of a row, or not at all: the wheel passes momentum to the body."""
+        wheels, growing = nutate.System(moments=(5, 20, 17)), nutate.System(text="&body inertia = 5, 20, 17 / &inertia_rate tensor = 1, 2, 1 /")
+        wheels.add_wheel((0, 0, 1), 0.5, 10, torque=0.5)
+        fluid = nutate.System(moments=(5, 20, 17))
+        fluid.add("inner_sphere", inertia=0.5, damping=1.0, angular_velocity=(0, 0, 3))
+        for body, lacks in ((wheels, True), (fluid, True), (growing, False)):
+            columns = nutate.solve(body, omega0=(0.1, 0, 2), t_span=(0, 2)).columns
+            few = {name: values for name, values in columns.items() if re.fullmatch(r"t|q\d|omega\d", name)}
+            q, momentum = (np.stack([columns[name] for name in names], axis=-1)
+                           for names in (("q0", "q1", "q2", "q3"), ("l_x", "l_y", "l_z")))
+            rows = [{**few, **dict(zip(("L1", "L2", "L3"), nutate.rotate_to_body(q, momentum).T))}]
+            if lacks:
+                with self.assertRaisesRegex(nutate.NutateValueError, "the rows lack the angular momentum.*expected the columns of"):
+                    nutate.view(few, body)
+            else:
+                rows.append(few)
+            for each in rows:
+                _, shown = held(nutate.view(each, body))
+                for name in ("l_x", "l_y", "l_z"):
+                    np.testing.assert_allclose(shown[name], columns[name], atol=1e-4)
+
+    def test_columns_are_checked(self):
+        class Twice(dict):
+            def __iter__(self):
+                return iter([*super().keys(), "omega1"])
+
+        class Degrees(np.ndarray):
+            attrs = {"units": "deg/s"}
+
+        body = nutate.System(moments=(5, 20, 17))
+        columns = nutate.solve(body, omega0=(0.1, 0, 2), t_span=(0, 2)).columns
+        for use in (lambda rows: nutate.view(rows, body), lambda rows: nutate.plot(rows, "omega1")):
+            with self.assertRaisesRegex(nutate.NutateValueError, "there are two columns 'omega1'"):
+                use(Twice(columns))
+            with self.assertRaisesRegex(nutate.NutateValueError, "column omega1 has the unit 'deg/s'"):
+                use({**columns, "omega1": columns["omega1"].view(Degrees)})
+
     def test_real_time_is_kept_where_it_can_be_watched(self):
         self.assertEqual(held(nutate.view(BOX))[0]["factor"], 1)
         self.assertLess(held(nutate.view(scene("heavy_top")))[0]["factor"], 0.1)
