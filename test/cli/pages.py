@@ -7,8 +7,8 @@ A comment in the line before a block says what becomes of it:
    <!-- not run: WHY -->        nothing
    <!-- run -->                 the one command in the next line, indented by four blanks, is run
 Without a comment, `console` blocks hold commands after `$ ` and below each what it prints, as far as shown: every line must be
-the beginning of one that is printed, in this order, with any numbers in the place of its numbers; `...` stands for lines left out. `sh` blocks
-are run as a whole; `python` and `{code-cell}` blocks are run together, as one program. Directives of Sphinx,
+the beginning of one that is printed, in this order, with the same numbers to the digits shown, six at most, but for times and round-off; `...`
+stands for lines left out. `sh` blocks are run as a whole; `python` and `{code-cell}` blocks are run together, as one program. Directives of Sphinx,
 `{toctree}`, are left out; every other block is a mistake. Scenes of the reference are run as well.
 """
 import os
@@ -21,6 +21,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BLOCK = re.compile(r"(?:^<!-- (?P<mark>[^\n]*?) -->\n)?^```(?P<kind>[^\n]*)\n(?P<text>.*?)^```$"
                    r"|^<!-- run -->\n    (?P<command>[^\n]*)\n", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
+# Lines whose numbers depend on the machine, and size of the numbers that round-off makes.
+TIMED, ROUND_OFF = re.compile(r"wall time|time per step|measured for|[nµm]s\b|/s of"), 1e-9
 PLAIN = ("nutate", "cat", "head", "tail", "ls", "grep", "mkdir", "cp")
 PYTHON = ("python", "{code-cell}", "{code-cell} python", "{code-cell} ipython3")
 MOST_LINES = 50
@@ -45,11 +47,27 @@ def masked(line):
     return " ".join(NUMBER.sub("#", line).split())
 
 
+def agree(shown, printed):
+    """Whether a line shows the beginning of one that is printed, numbers but counts to a unit in their last digit or in the sixth."""
+    if not masked(printed).startswith(masked(shown)):
+        return False
+    if TIMED.search(shown):
+        return True
+    for one, other in zip(NUMBER.findall(shown), NUMBER.findall(printed)):
+        mantissa, _, power = one.lower().partition("e")
+        unit = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2])) if power or "." in mantissa else 0.0
+        both = float(one), float(other)
+        size = max(map(abs, both))
+        if abs(both[0] - both[1]) > max(1.01 * unit, 1e-6 * size if unit else 0.0) and size > ROUND_OFF:
+            return False
+    return True
+
+
 def missing_line(shown, printed):
     """The first line shown that is not printed where it should be; None if there is none."""
-    rest = iter([masked(line) for line in printed.splitlines()])
+    rest = iter(printed.splitlines())
     for line in shown:
-        if line.strip() not in ("", "...") and not any(text.startswith(masked(line)) for text in rest):
+        if line.strip() not in ("", "...") and not any(agree(line, text) for text in rest):
             return line
     return None
 

@@ -44,9 +44,15 @@ class Pages(CommandLineTest):
                 self.assertEqual((ran, len(wrong)), (1, 1))
                 self.assertIn(says, wrong[0])
 
-    def test_numbers_and_lines_left_out_do_not_matter(self):
-        self.assertIsNone(missing_line(["a 1.5e-3 b", "...", "end"], "a -2 b\nmore\nend\n"))
-        self.assertEqual(missing_line(["end", "a 1 b"], "a 2 b\nend\n"), "a 1 b")
+    def test_lines_left_out_and_digits_left_out_do_not_matter(self):
+        for printed in ("1.5e-3", "1.52e-3", "0.00149"):
+            self.assertIsNone(missing_line(["a 1.5e-3 b", "...", "end"], f"a {printed} b\nmore\nend\n"), printed)
+        for printed in ("-1.5e-3", "1.7e-3", "1.5e-2"):
+            self.assertEqual(missing_line(["a 1.5e-3 b"], f"a {printed} b\n"), "a 1.5e-3 b", printed)
+        self.assertEqual(missing_line(["3 rows"], "4 rows\n5 rows\n"), "3 rows")
+        self.assertIsNone(missing_line(["5 rows"], "4 rows\n5 rows\n"))
+        self.assertIsNone(missing_line(["wall time 0.1 s", "residual 2.1E-15"], "wall time 7 s\nresidual 4E-16\n"))
+        self.assertEqual(missing_line(["end", "a 1 b"], "a 1 b\nend\n"), "a 1 b")
         self.assertEqual(missing_line(["omega1"], "omega2\n"), "omega1")
         self.assertEqual(missing_line(["the whole line"], "the whole\n"), "the whole line")
 
