@@ -1,7 +1,8 @@
 !> `nutate fit`: reads a scene and its measurements, fits the free parameters, writes the files.
 module nutate_fit_command
    use nutate_cli, only: command_t
-   use nutate_console, only: count_text, page_t, report_file, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SUCCESS
+   use nutate_console, only: count_text, page_t, report_file, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SIGNAL, &
+      EXIT_SUCCESS
    use nutate_decimal, only: exact_text
    use nutate_outputs, only: check_writable, close_file, outputs_t, picture_kind, write_whole, FITTED, RESIDUALS
    use nutate_files, only: output_file_t, STANDARD_ERROR, STANDARD_OUTPUT
@@ -14,6 +15,7 @@ module nutate_fit_command
    use nutate_kinds, only: wp
    use nutate_plot_command, only: open_picture
    use nutate_printable, only: printable_path
+   use nutate_run_watcher, only: caught_signal, check_signals, signal_name, watch_signals
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
    use nutate_scene_text, only: scene_text
@@ -98,18 +100,38 @@ contains
       csv = scene%name//'.residuals.csv'
       if (allocated(command%csv)) csv = command%csv
       call check_names(command, scene, fitted, csv, exit_code)
+      ! A signal ends the command when the files are whole or removed.
+      if (exit_code == EXIT_SUCCESS) call watch_signals()
       if (exit_code == EXIT_SUCCESS) call check_writable(fitted, exit_code)
       if (exit_code == EXIT_SUCCESS) call check_writable(csv, exit_code)
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) call open_picture(command%plot, picture, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       scene%plan%max_steps = command%max_steps
-      call fit_scene(scene, fit, status)
-      if (fit%best == 0) then
+      call fit_scene(scene, fit, status, check_signals)
+      if (caught_signal() /= 0) then
+         call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; nothing was written')
+         if (allocated(command%plot)) call picture%discard()
+      else if (fit%best == 0) then
          call say_error('nutate: '//printable_path(scene%file)//': '//trim(status%message))
          exit_code = merge(EXIT_INPUT, EXIT_RUN, status%code == NUTATE_BAD_ARGUMENT)
          if (allocated(command%plot)) call picture%discard()
-         return
+      else
+         call report(command, scene, fit, status, fitted, csv, picture, exit_code)
       end if
+      if (caught_signal() /= 0) exit_code = EXIT_SIGNAL + caught_signal()
+   end subroutine fit_command
+
+   !> Shows a fit, and writes the files.
+   subroutine report(command, scene, fit, status, fitted, csv, picture, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(fit_t), intent(inout) :: fit
+      !> Status of the fit.
+      type(status_t), intent(in) :: status
+      !> Names of the fitted scene and of the residuals.
+      character(len=*), intent(in) :: fitted, csv
+      type(picture_t), intent(inout) :: picture
+      integer, intent(inout) :: exit_code
       if (.not. command%quiet) call show(scene, fit, csv, exit_code)
       if (.not. status%ok()) then
          call say_error('nutate: '//printable_path(scene%file)//': the fit did not converge: '//trim(status%message))
@@ -118,7 +140,7 @@ contains
          call say_error('nutate: '//printable_path(scene%file)//': '//misfit_text(fit))
       end if
       call write_files(command, scene, fit, fitted, csv, picture, exit_code)
-   end subroutine fit_command
+   end subroutine report
 
    !> Rejects file names that would overwrite an input, a file of another kind or each other.
    subroutine check_names(command, scene, fitted_name, csv, exit_code)

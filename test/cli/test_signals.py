@@ -193,6 +193,23 @@ class OtherCommands(SignalTest):
         self.assertEqual(plot.wait(timeout=PATIENCE), -signal.SIGTERM)
         self.assertEqual([name for name in self.names() if "partial" in name], [])
 
+    def test_a_fit_leaves_no_files(self):
+        self.write("box.nml", self.read("box.nml") + "&free key = 'initial.angular_velocity' /\n"
+                   "&measurement file = 'gyro.csv', columns = 'omega1', sigma = 1e-6 /\n")
+        self.write("gyro.csv", "t,omega1\n" + "".join(f"{0.5*i},{0.1*i % 1}\n" for i in range(1, 400)))
+        os.mkdir(self.path("bin"))
+        self.write("bin/gnuplot", "#!/bin/sh\nexit 1\n")
+        os.chmod(self.path("bin/gnuplot"), 0o700)
+        before = self.names()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            fit = self.start("fit", "box.nml", "--plot", "fit.svg", "--set", "integrator.end_time=1000", "--set", "integrator.time_step=1e-4",
+                             stdout=subprocess.DEVNULL,
+                             env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
+            wait_until(lambda: "fit.svg.partial" in self.names() or fit.poll() is not None)
+            fit.send_signal(number)
+            self.ends_by(fit, number, [f"box.nml: stopped by {number.name}; nothing was written"])
+            self.assertEqual(self.names(), before)
+
     def test_a_cost_study_shows_what_it_has(self):
         self.write("kept.csv", "method,order,\n")
         run = self.start("cost", "top.nml", "--evaluations", "200000000", "--csv", "kept.csv", "--set", "integrator.end_time=1e7")

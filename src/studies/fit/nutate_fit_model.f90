@@ -24,7 +24,15 @@ module nutate_fit_model
    implicit none
    private
 
-   public :: fit_model_t, motion_at_t, move_state, switches_t
+   public :: fit_model_t, motion_at_t, move_state, switches_t, stop_check
+
+   abstract interface
+      !> Sets a failure if the fit is to stop.
+      subroutine stop_check(status)
+         import :: status_t
+         type(status_t), intent(inout) :: status
+      end subroutine stop_check
+   end interface
 
    !> Switches of the effects at a time, in a motion in which events switch some.
    type :: switches_t
@@ -72,6 +80,8 @@ module nutate_fit_model
       real(wp) :: origin = 0.0_wp
       !> Number of runs with derivatives so far.
       integer :: runs = 0
+      !> Called before and in each run; null for none.
+      procedure(stop_check), pointer, nopass :: check_stop => null()
    contains
       !> Prepares for a scene with a fit.
       procedure, non_overridable :: prepare
@@ -106,7 +116,9 @@ module nutate_fit_model
       !> True if events switch effects.
       logical :: is_switched = .false.
       integer :: n = 0
+      procedure(stop_check), pointer, nopass :: check_stop => null()
    contains
+      procedure :: poll => poll_stop
       procedure :: observe => keep_state
    end type keeper_t
 
@@ -389,7 +401,8 @@ contains
       call make_variations(self, variations, status)
       if (.not. status%ok()) return
       self%runs = self%runs + 1
-      call go(self%scene, self%origin, times, motion, status, self%steps_left, self%most_steps, variations)
+      call go(self%scene, self%origin, times, self%check_stop, motion, status, self%steps_left, &
+              self%most_steps, variations)
    end subroutine run
 
    !> Returns the motion at given times, without derivatives. Errors: those of the run.
@@ -399,7 +412,7 @@ contains
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
-      call go(self%scene, self%origin, times, motion, status)
+      call go(self%scene, self%origin, times, self%check_stop, motion, status)
    end subroutine states_at
 
    !> Finds what each free parameter changes. Errors: `NUTATE_BAD_ARGUMENT` if the motion has no derivative by one of
@@ -451,11 +464,12 @@ contains
    end subroutine variation_of
 
    !> Runs a scene and keeps the motion at given times.
-   subroutine go(scene, origin, times, motion, status, steps_left, most_steps, variations)
+   subroutine go(scene, origin, times, check_stop, motion, status, steps_left, most_steps, variations)
       type(scene_t), intent(in) :: scene
       !> Initial time of the run, s.
       real(wp), intent(in) :: origin
       real(wp), intent(in) :: times(:)
+      procedure(stop_check), pointer, intent(in) :: check_stop
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
       !> Steps that the run may perform; on return without those performed.
@@ -483,6 +497,7 @@ contains
       end if
       allocate (keeper%motion%states(size(times)), keeper%motion%switches(size(times)))
       keeper%times = times
+      keeper%check_stop => check_stop
       call list_switches(scene%events, events)
       keeper%is_switched = events%count() > 0
       if (present(variations)) then
@@ -492,6 +507,8 @@ contains
       call run%begin(scene%system, scene%integrator, start, plan, status)
       if (status%ok() .and. keeper%is_switched) call run%set_events(events, scene%system, status)
       if (status%ok() .and. present(variations)) call run%differentiate(variations, scene%system, status)
+      ! Short runs do not poll.
+      if (status%ok()) call keeper%poll(0.0_wp, status)
       if (status%ok()) call run%run_to_end(scene%system, status, keeper)
       if (status%ok() .and. keeper%n < size(times)) &
          status = fail(NUTATE_BAD_SCENE, 'the run ended before the last measurement')
@@ -527,6 +544,13 @@ contains
       call archive%begin_reading(self%bytes)
       call effects%transfer_switches(archive)
    end subroutine apply_switches
+
+   subroutine poll_stop(self, fraction, status)
+      class(keeper_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      if (associated(self%check_stop)) call self%check_stop(status)
+   end subroutine poll_stop
 
    !> Keeps a state that is due.
    subroutine keep_state(self, system, state, record, status)
