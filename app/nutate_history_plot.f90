@@ -21,7 +21,7 @@ module nutate_history_plot
    public :: recorded_t, read_history, read_names, name_length, draw_history, draw_xy, extent, tick
 
    !> Longest line of a history, and longest name of a column.
-   integer, parameter :: line_length = 16384, name_length = 48
+   integer, parameter :: line_length = 16384, name_length = 112
 
    !> Times up to this are converted, s.
    real(wp), parameter :: greatest_time = 1e100_wp
@@ -63,7 +63,7 @@ contains
       character(len=line_length) :: line
       integer, allocatable :: places(:)
       real(wp) :: second
-      integer :: unit, fields
+      integer :: unit, fields, i
       call open_history(path, unit, line, problem)
       if (problem /= '') return
       close (unit)
@@ -73,6 +73,10 @@ contains
       else if (.not. second > 0.0_wp) then
          problem = printable_path(path)//':1: t has an unknown unit (expected '//units_of('s')//')'
       end if
+      do i = 2, size(names)
+         if (problem == '' .and. any(names(:i - 1) == names(i))) &
+            problem = printable_path(path)//':1: there are two columns '//quoted(trim(names(i)))//' (expected one)'
+      end do
    end subroutine read_names
 
    !> Opens a history and reads its first line.

@@ -56,6 +56,15 @@ class Pictures(CommandLineTest):
         self.assertIn("box.csv: angular velocity Ω, attitude quaternion q", labels(picture))
         self.assertEqual(self.names(), ["box.csv", "box.nml", "box.svg", "top.nml"])
 
+    def test_a_column_that_is_there_twice_is_rejected(self):
+        self.write("twice.csv", "t,omega1,omega1\n0,1,2\n1,2,3\n")
+        self.fail_with(2, "plot", "twice.csv", says=["twice.csv:1: there are two columns 'omega1' (expected one)"])
+        self.assertNotIn("twice.svg", self.names())
+        # Long names that differ only at their ends are different columns.
+        names = [f"d_sphere1_momentum1/d_rotating_frame.2.gravitational_parameter.{i}" for i in (1, 2)]
+        self.write("long.csv", f"t,{names[0]},{names[1]}\n0,1,2\n1,2,4\n")
+        self.succeed("plot", "long.csv")
+
     def test_every_column_can_be_drawn(self):
         self.succeed("run", "top.nml", "--quiet", "--set", "output.columns=" + all_columns(), "--set", "output.every=10")
         self.succeed("plot", "top.csv", "--output", "it's all.svg", "--columns", ",".join(sum(COLUMNS.values(), [])))
