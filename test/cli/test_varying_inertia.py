@@ -156,6 +156,14 @@ class VaryingInertia(CommandLineTest):
             check("torque.nml", names, f"'{names.split(',')[0]}' names other axes (expected components along body axes)")
             check("torque.nml", names, "", *space)
         check("torque.nml", "x_body,y_body,z_body", "'x_body' names other axes (expected components along space axes)", *space)
+        # The space axes are what orbit and rotating frame make them, wherever these stand in the scene.
+        for frame, rest in (("LVLH", "&orbit altitude = 5e5, frame = 'lvlh' /"), ("inertial", "&orbit altitude = 5e5 /"),
+                            ("rotating", "&rotating_frame rate = 0, 0, 1e-4 /"), ("space", "&rotating_frame rate = 0, 0, 1e-4, on = .false. /")):
+            self.write(f"{frame}.nml", self.read("torque.nml") + rest + "\n")
+            for name, wrong in (("space", ()), ("inertial", ("LVLH", "rotating")), ("J2000", ("LVLH", "rotating")),
+                                ("LVLH", ("inertial",)), ("ECEF", ("LVLH", "inertial"))):
+                says = f"'Tx_{name}' names other axes (expected components along {frame} axes)" if frame in wrong else ""
+                check(f"{frame}.nml", f"Tx_{name},Ty_{name},Tz_{name}", says, *space)
         check("orbit.nml", "x_ECEF,y_ECEF,z_ECEF", "'x_ECEF' names other axes (expected components along inertial axes)")
         check("orbit.nml", "x_ECI,y_ECI,z_ECI", "")
 

@@ -76,9 +76,9 @@ contains
             do k = 1, size(kinds)
                if (kinds(k)%group%name /= groups(i)%name) cycle
                if (present(folder)) then
-                  call read_effect_table(groups(i), folder, error)
+                  call read_effect_table(groups(i), folder, error, space_axes(groups, system%effects))
                else
-                  call read_effect_table(groups(i), '', error)
+                  call read_effect_table(groups(i), '', error, space_axes(groups, system%effects))
                end if
                if (.not. error%raised) call build_one(groups(i), i, kinds(k), body, system, error)
                if (error%raised) return
@@ -86,6 +86,23 @@ contains
          end do
       end do
    end subroutine build_effects
+
+   !> Returns the kind of the space axes, for the headers of tables; `space` without an orbit or a rotating frame.
+   function space_axes(groups, effects) result(kind)
+      type(group_t), intent(in) :: groups(:)
+      !> Effects so far, orbits included.
+      type(effect_list_t), intent(in) :: effects
+      character(len=:), allocatable :: kind
+      integer :: i
+      kind = 'space'
+      if (effects%on_orbit) then
+         kind = 'inertial'
+         if (effects%orbit%is_frame) kind = 'LVLH'
+      else if (effects%frame_turns .or. &
+               any([(groups(i)%name == 'rotating_frame' .and. groups(i)%flag('on', .true.), i=1, size(groups))])) then
+         kind = 'rotating'
+      end if
+   end function space_axes
 
    !> Adds the changes of inertia and centre of mass that tables of the body describe.
    subroutine add_body_tables(groups, system, error)

@@ -39,12 +39,15 @@ contains
 
    !> Reads the table that a group names by its key `table`, and those of &body; a group without one, or with one
    !> that has been read, stays unchanged. Raises an error, with file and line, for an invalid table.
-   subroutine read_effect_table(group, folder, error)
+   subroutine read_effect_table(group, folder, error, space)
       type(group_t), intent(inout) :: group
       !> Folder of the scene, `/` at its end, to which names of tables are relative; empty: the working directory.
       character(len=*), intent(in) :: folder
       type(scene_error_t), intent(inout) :: error
+      !> Kind of the space axes, as `frame` of `read_table`; default: `space`.
+      character(len=*), intent(in), optional :: space
       type(status_t) :: status
+      character(len=:), allocatable :: axes
       integer :: at
 
       if (group%name == 'body') call read_body_tables(group, folder, error)
@@ -59,7 +62,9 @@ contains
          ! A wheel has one torque, about its axis.
          call read_table(group, 'table', torque_units(:2), folder, error)
       case default
-         call read_table(group, 'table', torque_units, folder, error, frame=group%text('axes', 'body'))
+         axes = group%text('axes', 'body')
+         if (axes == 'space' .and. present(space)) axes = space
+         call read_table(group, 'table', torque_units, folder, error, frame=axes)
       end select
       if (error%raised) return
       associate (numbers => group%table%numbers)
@@ -152,7 +157,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       !> Number of first columns that a table may have alone; default: it has all of them.
       integer, intent(in), optional :: least
-      !> Axes of the components: `body`, `space` or `inertial`; default: they have none.
+      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any but those of the
+      !> body; default: they have none.
       character(len=*), intent(in), optional :: frame
       character(len=:), allocatable :: path, text
       integer :: columns
@@ -227,7 +233,8 @@ contains
       !> Table; its numbers have the shape (columns, lines without the header).
       type(table_t), intent(inout) :: table
       type(scene_error_t), intent(inout) :: error
-      !> Axes of the components: `body`, `space` or `inertial`; default: they have none.
+      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any but those of the
+      !> body; default: they have none.
       character(len=*), intent(in), optional :: frame
       character(len=:), allocatable :: problem
       integer :: position, line
@@ -285,7 +292,8 @@ contains
       character(len=*), intent(in) :: units(:)
       !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
-      !> Axes of the components: `body`, `space` or `inertial`; default: they have none.
+      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any but those of the
+      !> body; default: they have none.
       character(len=*), intent(in), optional :: frame
       integer :: column, first(size(units)), last(size(units))
       logical :: ends
@@ -327,15 +335,17 @@ contains
       !> Error message; unchanged if there is none.
       character(len=:), allocatable, intent(inout) :: problem
       character(len=*), parameter :: word_letters = 'abcdefghijklmnopqrstuvwxyz0123456789'
-      !> Names of body axes, of inertial ones, and of others; `space` may be any of these two.
+      !> Names of body axes, of space axes, of inertial ones, and of rotating ones.
       character(len=8), parameter :: words(12) = [character(len=8) :: 'body', 'space', 'inertial', 'eci', 'gcrf', &
                                                   'icrf', 'j2000', 'eme2000', 'gcrs', 'lvlh', 'ecef', 'itrf']
       logical :: is_right(size(words)), found(size(words), size(first))
       character(len=:), allocatable :: rest
       integer :: i, n
       is_right(1) = frame == 'body'
-      is_right(2:9) = frame /= 'body'
-      is_right(10:) = frame == 'space'
+      is_right(2) = frame /= 'body'
+      is_right(3:9) = frame == 'inertial' .or. frame == 'space'
+      is_right(10) = frame == 'LVLH' .or. frame == 'rotating' .or. frame == 'space'
+      is_right(11:) = frame == 'rotating' .or. frame == 'space'
       found = .false.
       do i = 1, size(first)
          rest = lower_case(text(first(i):last(i)))
