@@ -143,8 +143,14 @@ contains
       type(run_t), intent(in) :: run
       !> Wall time, total and for rows, s.
       real(wp), intent(in) :: seconds, output_seconds
-      real(wp) :: n
+      real(wp) :: n, tried
       n = max(real(run%summary%steps, wp), 1.0_wp)
+      tried = n
+      if (scene%plan%goal%active()) then
+         tried = max(n, real(run%summary%parts, wp))
+      else if (run%way%begun) then
+         tried = real(run%summary%steps + 1, wp)
+      end if
       if (scene%plan%goal%active() .and. run%summary%settings%order < 1) then
          call page%item('steps', count_text(run%summary%steps)//' of the closed solution, to t = '// &
                         rounded_text(run%state%t)//' s')
@@ -157,13 +163,14 @@ contains
          if (run%summary%subdivided_steps > 0) &
             call page%item('subdivided steps', count_text(run%summary%subdivided_steps)//', '// &
                            count_text(run%summary%parts)//' steps and parts in all')
+         if (run%way%begun) call page%item('shortened steps', '1 more, which ends at an event')
       end if
       if (run%summary%uncertified_steps > 0 .and. has_certificates(scene%system%effects)) &
          call page%item('not certified', count_text(run%summary%uncertified_steps)// &
                         ' of the steps (see docs/explanation/certified-steps.md)')
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
                      ' s for output')
-      call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')
+      call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/tried, 3)//' ns')
       if (run%summary%iterations > 0) call page%item( &
          'Newton iterations', rounded_text(real(run%summary%iterations, wp)/n, 3)//' per step, '// &
          count_text(run%summary%most_iterations)//' at most')

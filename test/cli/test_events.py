@@ -56,6 +56,17 @@ class Events(CommandLineTest):
                 self.assertTrue(all(after - before > 1e-3 for before, after in zip(times, times[1:])), times)
                 self.assertGreater(len(times), 0)
 
+    def test_the_step_that_an_event_shortens_is_counted(self):
+        """Nine steps of 0.01 s and one to the event, which is not on their grid; or none of 0.2 s. On the grid none is shortened."""
+        self.write("box.nml", BOX + "&event name = 'turned', when = 'q0', crosses = 0.9, stop = .true. /\n")
+        extra = "shortened steps     1 more, which ends at an event"
+        for step, steps in ((0.01, 9), (0.2, 0)):
+            text = self.succeed("run", "box.nml", "--set", f"integrator.time_step={step}", "--set", "integrator.method=rk4").stderr
+            self.assertIn(f"steps               {steps} of {step} s", text)
+            self.assertIn(extra, text)
+        self.write("box.nml", BOX)
+        self.assertNotIn("shortened steps", self.succeed("run", "box.nml").stderr)
+
     def test_flips_of_the_box(self):
         self.write("box.nml", BOX + "&event name = 'flip', when = 'omega3', crosses = 0.0 /\n")
         done = self.succeed("run", "box.nml")
