@@ -58,6 +58,8 @@ contains
                           scene%system%effects%moves_center)) call add_note(notes, &
                   '&gravity has no effect: '// &
                   'centre of mass and reference point coincide (set center_of_mass)')
+            case ('integrator')
+               call note_idle_keys(group, notes)
             case ('ensemble')
                call note_histories(group, notes)
             case ('gravity_gradient')
@@ -94,6 +96,20 @@ contains
                                            trim(angles(i))//' is more than a turn: degrees = .true. makes it degrees')
       end do
    end subroutine note_angles
+
+   !> Notes keys of the method `nielsen_krenk` beside another method by name.
+   subroutine note_idle_keys(group, notes)
+      type(group_t), intent(in) :: group
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      character(len=17), parameter :: keys(4) = [character(len=17) :: 'auxiliary_inertia', 'projection', 'tolerance', &
+                                                 'max_iterations']
+      integer :: i
+      if (any(group%text('method', 'auto') == [character(len=13) :: 'auto', 'nielsen_krenk'])) return
+      do i = 1, size(keys)
+         if (group%has(trim(keys(i)))) call add_note(notes, trim(keys(i))//' has no effect with method '// &
+                                                     trim(group%text('method', '')))
+      end do
+   end subroutine note_idle_keys
 
    !> Notes a single number in `histories`, which may be meant as a count of members.
    subroutine note_histories(group, notes)

@@ -18,6 +18,17 @@ class Check(CommandLineTest):
             self.assertIn(words, done.stdout)
         self.assertEqual(self.names(), ["box.nml", "top.nml"])
 
+    def test_a_key_that_the_method_does_not_use_is_noted(self):
+        keys = {"max_iterations": "30", "tolerance": "1e-12", "auxiliary_inertia": "2", "projection": ".true."}
+        for command in ("check", "run"):
+            for key, value in keys.items():
+                note = f"{key} has no effect with method rk4"
+                set_key = ("--set", f"integrator.{key}={value}")
+                done = self.succeed(command, "box.nml", "--set", "integrator.method=rk4", *set_key)
+                self.assertEqual((done.stdout + done.stderr).count(note), 1)
+                done = self.succeed(command, "box.nml", *set_key)
+                self.assertNotIn("has no effect", done.stdout + done.stderr)
+
     def test_free_body(self):
         text = self.succeed("check", "box.nml").stdout
         for words in ("torque-free rigid body", "all components", "shape               box"):
