@@ -10,6 +10,24 @@ import unittest
 from support import PATIENCE, CommandLineTest, parse
 
 
+class SmallStack(CommandLineTest):
+    def limited(self, kilobytes, *arguments):
+        limit = kilobytes << 10
+        return self.nutate(*arguments, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (limit, limit)))
+
+    def test_it_is_named(self):
+        done = self.limited(128, "run", "box.nml")
+        self.assertEqual((done.returncode, done.stderr),
+                         (3, "nutate: the limit of the stack is too small (expected ulimit -s 512, or more)\n"))
+
+    def test_the_smallest_one_is_enough(self):
+        self.write("many.nml", self.read("box.nml") + "&ensemble members = 8, seed = 1 /\n"
+                   "&vary key = 'body.mass', distribution = 'uniform', low = 1, high = 2 /\n")
+        for arguments in (("check", "box.nml"), ("run", "box.nml", "--quiet"), ("sweep", "many.nml", "--quiet", "--threads", "2")):
+            done = self.limited(512, *arguments)
+            self.assertEqual(done.returncode, 0, done.stderr)
+
+
 class BadArguments(CommandLineTest):
     def test_unknown_option_names_the_nearest(self):
         self.fail_with(2, "run", "box.nml", "--quite", says=["--quite", "nearest: --quiet"])

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -29,6 +30,9 @@ enum { PATIENCE = 1000, PIPE_ROOM = 4096 };
 
 /* Longest path that a link leads to, and links in a row before they are treated as a circle: the limits of Linux. */
 enum { LONGEST_PATH = 4096, MOST_LINKS = 40 };
+
+/* Stack that the program needs, bytes: scenes are checked and run with half of it. */
+enum { LEAST_STACK = 512 << 10 };
 
 int nutate_file_kind(const char *path);
 int nutate_file_target(const char *path, char *target, int size, int *longest);
@@ -321,9 +325,15 @@ int nutate_file_rename(const char *from, const char *to)
 
 /* For a program, not a library. A limit on the size of files is to be an error of write(); a signal that ends the
  * program is to end it without the backtrace that Fortran runtimes print; no file that is opened later is to take the
- * number of a standard stream that the caller has closed, for messages would end up in it. */
+ * number of a standard stream that the caller has closed, for messages would end up in it; a stack that is too small is to
+ * end the program with a message. */
 void nutate_file_prepare_process(void)
 {
+    struct rlimit stack;
+    if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur < LEAST_STACK) {
+        static const char message[] = "nutate: the limit of the stack is too small (expected ulimit -s 512, or more)\n";
+        _exit(write(2, message, sizeof message - 1) < 0 ? 4 : 3);
+    }
     signal(SIGXFSZ, SIG_IGN);
     signal(SIGXCPU, SIG_DFL);
     signal(SIGQUIT, SIG_DFL);
