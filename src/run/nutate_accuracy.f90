@@ -17,12 +17,13 @@ module nutate_accuracy
    use nutate_equal_steps, only: equal_steps_t
    use nutate_error_control, only: error_control_t
    use nutate_exact_stepper, only: round_off_of_exact
+   use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps, long, pi
    use nutate_methods, only: method_of, method_t, system_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t
    use nutate_progress, only: progress_t, start_run, watch_limits
-   use nutate_quaternion, only: attitude_distance
+   use nutate_quaternion, only: attitude_distance, quat_norm
    use nutate_run_loop, only: drive
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -113,6 +114,8 @@ module nutate_accuracy
       real(wp) :: noise = 0.0_wp
       !> Attitude at the end; shape (4).
       real(wp) :: q(4) = 0.0_wp
+      !> Largest angular momentum at its start and its end, N m s.
+      real(wp) :: momentum = 0.0_wp
       integer(long) :: steps = 1
    end type trial_t
 
@@ -124,6 +127,8 @@ module nutate_accuracy
       real(wp) :: accuracy = 0.0_wp
       !> There are torques.
       logical :: drifts = .false.
+      !> Rotation in the duration by a unit of angular momentum, rad/(N m s).
+      real(wp) :: leverage = 0.0_wp
       !> Tolerances of A and B.
       real(wp) :: coarse = 0.0_wp, fine = 0.0_wp
       !> The runs so far; the last is B.
@@ -174,6 +179,7 @@ contains
          return
       end if
       search%drifts = system%effects%n_works() > 0
+      search%leverage = abs(progress%plan%end_time - progress%state%t)/minval(system%body%moments)
       call set_first_pair(search, control%equal)
       call compare_runs()
       if (.not. status%ok()) return
@@ -322,7 +328,9 @@ contains
          if (status%code == NUTATE_STEP_LIMIT) status = fail(NUTATE_STEP_LIMIT, needs_more(plan%max_steps))
          if (.not. status%ok()) return
          search%n = search%n + 1
-         search%runs(search%n) = trial_t(tolerance, noise, trial%state%q, max(trial%summary%steps, 1_long))
+         search%runs(search%n) = trial_t(tolerance, noise, trial%state%q, &
+                                         max(momentum_of(progress%state), momentum_of(trial%state)), &
+                                         max(trial%summary%steps, 1_long))
       end subroutine run_trial
 
       !> Performs a run with noise in its data, its initial state, its clock and its steps.
@@ -445,10 +453,31 @@ contains
             end associate
          end do
          if (search%drifts) response = response*max(1.0_wp, sqrt(real(fine%steps, wp)/cancelling_steps))
-         search%floor = max(search%behaviour%round_off*0.5_wp*eps*response, eps*sqrt(real(fine%steps, wp)))
+         search%floor = max(search%behaviour%round_off*0.5_wp*eps*response, eps*sqrt(real(fine%steps, wp)), &
+                            error_of_rounded_momentum(search, fine))
       end associate
       if (astray) search%truncation = unknown
    end subroutine measure_errors
+
+   !> Returns the attitude error of the rounding of q and p, rad. Each is stored to half an ε, so that the body momentum
+   !> L = ½ q* p is known to ε |L| along every axis: about that of the least moment J the rate has the error ε |L|/J,
+   !> however slowly the body rotates about it. The noise, which is relative to the rate, does not contain this error
+   !> of a needle. The projection restores the rate after each step, and compensated sums keep it in conserving steps;
+   !> in other methods the errors of the steps add up as a random walk.
+   pure real(wp) function error_of_rounded_momentum(search, fine) result(error)
+      type(search_t), intent(in) :: search
+      !> Run without noise.
+      type(trial_t), intent(in) :: fine
+      error = eps*fine%momentum*search%leverage
+      if (.not. (search%method%projected .or. search%method%conserving)) error = error*sqrt(real(fine%steps, wp))
+      error = min(error, unknown)
+   end function error_of_rounded_momentum
+
+   !> Returns the size of the angular momentum of a state, N m s.
+   pure real(wp) function momentum_of(state)
+      type(state_t), intent(in) :: state
+      momentum_of = quat_norm([0.0_wp, body_momentum(state)])
+   end function momentum_of
 
    !> Returns a bound on the error of a run over its distance from a coarser one.
    pure real(wp) function gain_of(search, coarse, fine) result(gain)

@@ -188,3 +188,41 @@ class Accuracy(CommandLineTest):
         self.fail_with(2, "run", "box.nml", "--set", "integrator.order=3", says=["order 3", "2, 4, 6, 8"])
         self.fail_with(2, "run", "box.nml", "--set", "integrator.method='rk4'", "--set", "integrator.order=2",
                        says=["expected 4"])
+
+
+class Needles(CommandLineTest):
+    """A thin body that rotates slowly about its axis: the rounding of q and p is a large error of that rate."""
+
+    def test_the_estimate_contains_the_rounding_of_the_momentum(self):
+        q, omega, end = (0.5, 0.1, -0.7, 0.5), (0.3, -0.2, 0.5), 10.0
+        for method, exponent in (("taylor", 6), ("taylor", 8), ("taylor", 10), ("nielsen_krenk", 8), ("dop853", 8)):
+            least = float(f"1e-{exponent}")
+            with self.subTest(method=method, least=least):
+                self.write("needle.nml", f"&body inertia = 1, 1, {least} /\n&initial quaternion = {str(q)[1:-1]}, "
+                           f"angular_velocity = {str(omega)[1:-1]} /\n&integrator method = '{method}', accuracy = 1e-8, end_time = {end} /\n"
+                           "&output columns = 'quaternion', every = 1000000, precision = 17 /\n")
+                text = self.succeed("run", "needle.nml").stderr
+                estimate = float(re.search(r"estimated error +(\S+) rad", text)[1])
+                _, rows = self.history("needle.csv")
+                # Precession about l at |l|/J1, spin about the axis at (1 - J3/J1) omega3.
+                momentum = multiply(multiply(q, (0.0, omega[0], omega[1], least * omega[2])), conjugate(q))[1:]
+                exact = multiply(multiply(turn(momentum, end), q), turn((0.0, 0.0, (1 - least) * omega[2]), end))
+                error = 2 * math.hypot(*multiply(conjugate(exact), rows[-1][1:5])[1:])
+                self.assertLess(error, estimate)
+                self.assertLess(estimate, max(1e-8, 1e3 * error))
+
+
+def conjugate(q):
+    return (q[0], -q[1], -q[2], -q[3])
+
+
+def multiply(a, b):
+    """Product of two quaternions."""
+    return (a[0]*b[0] - a[1]*b[1] - a[2]*b[2] - a[3]*b[3], a[0]*b[1] + a[1]*b[0] + a[2]*b[3] - a[3]*b[2],
+            a[0]*b[2] - a[1]*b[3] + a[2]*b[0] + a[3]*b[1], a[0]*b[3] + a[1]*b[2] - a[2]*b[1] + a[3]*b[0])
+
+
+def turn(rate, t):
+    """Quaternion of a rotation at a constant rate for a time."""
+    size = math.hypot(*rate)
+    return (math.cos(size * t / 2), *(math.sin(size * t / 2) * x / size for x in rate))
