@@ -71,82 +71,77 @@ contains
          return
       end if
       call file%open(path, status)
-      if (status%ok()) call put_head(file, rows, version_text, error, status)
-      if (status%ok()) call put_records(file, rows, version_text, status)
+      if (status%ok()) call put_head()
+      if (status%ok()) call put_records()
       if (status%ok()) call file%put_line('DATA_STOP', status)
       call file%close(status)
-   end subroutine write_aem
 
-   !> Writes header and metadata.
-   subroutine put_head(file, rows, version_text, error, status)
-      type(output_file_t), intent(inout) :: file
-      type(attitude_rows_t), intent(in) :: rows
-      character(len=*), intent(in) :: version_text
-      real(wp), intent(in) :: error
-      type(status_t), intent(inout) :: status
-      character(len=:), allocatable :: text
-      character(len=*), parameter :: nl = new_line('a')
-      type(epoch_t) :: first, last
-      associate (labels => rows%labels)
-         first = labels%epoch%after(rows%t(1))
-         last = labels%epoch%after(rows%t(rows%count()))
-         text = 'CCSDS_AEM_VERS = '//version_text//nl//'CREATION_DATE = '//date_now()//nl//'ORIGINATOR = NUTATE'//nl
-         text = text//'META_START'//nl//'COMMENT written by nutate '//version//nl// &
-                'COMMENT the quaternion turns coordinates of REF_FRAME_A into those of REF_FRAME_B; QC, its last '// &
-                'component, is the scalar'//nl
-         if (error > 0.0_wp) text = text//'COMMENT a rotation at a constant rate between records is within '// &
-                                    rounded_text(error, 3)//' rad of the motion'//nl
-         if (is_ecliptic(labels%space_frame)) text = text//'COMMENT '//ecliptic//' was rotated to '//equatorial// &
-                                                     ' by 84381.448 arcseconds about x'//nl
-         text = text//'OBJECT_NAME = '//labels%object//nl//'OBJECT_ID = '//first_of(labels%object_id, labels%object)//nl
-         text = text//'REF_FRAME_A = '//frame_of(labels%space_frame)//nl// &
-                'REF_FRAME_B = '//first_of(labels%body_frame, 'SC_BODY_1')//nl
-         if (version_text == '1.0') text = text//'ATTITUDE_DIR = A2B'//nl
-         text = text//'TIME_SYSTEM = '//trim(labels%epoch%system)//nl
-         text = text//'START_TIME = '//first%text(date_digits)//nl//'STOP_TIME = '//last%text(date_digits)//nl
-         if (version_text == '1.0') then
-            text = text//'ATTITUDE_TYPE = QUATERNION'//nl//'QUATERNION_TYPE = LAST'//nl
-         else if (allocated(rows%omega)) then
-            text = text//'ATTITUDE_TYPE = QUATERNION/ANGVEL'//nl//'ANGVEL_FRAME = REF_FRAME_B'//nl
-         else
-            text = text//'ATTITUDE_TYPE = QUATERNION'//nl
-         end if
-      end associate
-      call file%put_line(text//'META_STOP'//nl//'DATA_START', status)
-   end subroutine put_head
+   contains
 
-   !> Writes the records.
-   subroutine put_records(file, rows, version_text, status)
-      type(output_file_t), intent(inout) :: file
-      type(attitude_rows_t), intent(in) :: rows
-      character(len=*), intent(in) :: version_text
-      type(status_t), intent(inout) :: status
-      character(len=(decimal_length + 1)*7) :: line
-      type(decimal_t) :: decimal
-      type(epoch_t) :: date
-      real(wp) :: q(4), values(7)
-      integer :: i, k, used, width
-      call decimal%prepare()
-      width = 4
-      if (allocated(rows%omega) .and. version_text /= '1.0') width = 7
-      values = 0.0_wp
-      do i = 1, rows%count()
-         q = rows%q(:, i)
-         if (is_ecliptic(rows%labels%space_frame)) q = quat_product(from_ecliptic(), q)
-         q = quat_normalized(q)
-         values(1:4) = [q(2:4), q(1)]
-         if (width == 7) values(5:7) = rows%omega(:, i)/degree
-         used = 0
-         do k = 1, width
-            used = used + 1
-            line(used:used) = ' '
-            call decimal%append(line, used, values(k))
+      !> Writes header and metadata.
+      subroutine put_head()
+         character(len=:), allocatable :: text
+         character(len=*), parameter :: nl = new_line('a')
+         type(epoch_t) :: first, last
+         associate (labels => rows%labels)
+            first = labels%epoch%after(rows%t(1))
+            last = labels%epoch%after(rows%t(rows%count()))
+            text = 'CCSDS_AEM_VERS = '//version_text//nl//'CREATION_DATE = '//date_now()//nl//'ORIGINATOR = NUTATE'//nl
+            text = text//'META_START'//nl//'COMMENT written by nutate '//version//nl// &
+                   'COMMENT the quaternion turns coordinates of REF_FRAME_A into those of REF_FRAME_B; QC, its '// &
+                   'last component, is the scalar'//nl
+            if (error > 0.0_wp) text = text//'COMMENT a rotation at a constant rate between records is within '// &
+                                       rounded_text(error, 3)//' rad of the motion'//nl
+            if (is_ecliptic(labels%space_frame)) text = text//'COMMENT '//ecliptic//' was rotated to '//equatorial// &
+                                                        ' by 84381.448 arcseconds about x'//nl
+            text = text//'OBJECT_NAME = '//labels%object//nl//'OBJECT_ID = '//first_of(labels%object_id, &
+               labels%object)//nl
+            text = text//'REF_FRAME_A = '//frame_of(labels%space_frame)//nl// &
+                   'REF_FRAME_B = '//first_of(labels%body_frame, 'SC_BODY_1')//nl
+            if (version_text == '1.0') text = text//'ATTITUDE_DIR = A2B'//nl
+            text = text//'TIME_SYSTEM = '//trim(labels%epoch%system)//nl
+            text = text//'START_TIME = '//first%text(date_digits)//nl//'STOP_TIME = '//last%text(date_digits)//nl
+            if (version_text == '1.0') then
+               text = text//'ATTITUDE_TYPE = QUATERNION'//nl//'QUATERNION_TYPE = LAST'//nl
+            else if (allocated(rows%omega)) then
+               text = text//'ATTITUDE_TYPE = QUATERNION/ANGVEL'//nl//'ANGVEL_FRAME = REF_FRAME_B'//nl
+            else
+               text = text//'ATTITUDE_TYPE = QUATERNION'//nl
+            end if
+         end associate
+         call file%put_line(text//'META_STOP'//nl//'DATA_START', status)
+      end subroutine put_head
+
+      !> Writes the records.
+      subroutine put_records()
+         character(len=(decimal_length + 1)*7) :: line
+         type(decimal_t) :: decimal
+         type(epoch_t) :: date
+         real(wp) :: q(4), values(7)
+         integer :: i, k, used, width
+         call decimal%prepare()
+         width = 4
+         if (allocated(rows%omega) .and. version_text /= '1.0') width = 7
+         values = 0.0_wp
+         do i = 1, rows%count()
+            q = rows%q(:, i)
+            if (is_ecliptic(rows%labels%space_frame)) q = quat_product(from_ecliptic(), q)
+            q = quat_normalized(q)
+            values(1:4) = [q(2:4), q(1)]
+            if (width == 7) values(5:7) = rows%omega(:, i)/degree
+            used = 0
+            do k = 1, width
+               used = used + 1
+               line(used:used) = ' '
+               call decimal%append(line, used, values(k))
+            end do
+            date = rows%labels%epoch%after(rows%t(i))
+            call file%put_line(date%text(date_digits)//line(:used), status)
+            if (.not. status%ok()) return
          end do
-         date = rows%labels%epoch%after(rows%t(i))
-         call file%put_line(date%text(date_digits)//line(:used), status)
-         if (.not. status%ok()) return
-      end do
-   end subroutine put_records
+      end subroutine put_records
+
+   end subroutine write_aem
 
    !> Returns the name of the space axes as they are written.
    pure function frame_of(frame) result(name)

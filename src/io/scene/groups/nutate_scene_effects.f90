@@ -162,70 +162,60 @@ contains
       integer :: i
       if (.not. (system%effects%on_orbit .and. goes_by_orbit(group))) then
          call kind%build(group, body, effect, status)
-         call finish_one(group, place, effect, system, status, error)
+         call finish_one()
          return
       end if
-      call choose_orbits(group, system%effects, chosen, error)
+      call choose_orbits(system%effects, chosen)
       do i = 1, size(chosen)
          if (error%raised) return
          if (.not. chosen(i)) cycle
          if (allocated(effect)) deallocate (effect)
          call build_on_orbit(group, system%effects%orbits(i), body, effect, status)
-         call finish_one(group, place, effect, system, status, error)
+         call finish_one()
       end do
+
+   contains
+
+      !> Adds an effect that was built from a group, and reports its errors.
+      subroutine finish_one()
+         if (status%ok()) call check_strength(effect, status)
+         if (status%ok()) then
+            call read_switch()
+            effect%group = place
+         end if
+         if (status%ok() .and. .not. error%raised) call add_effect_of(system, effect, status)
+         if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
+      end subroutine finish_one
+
+      !> Finds the orbits to which an effect belongs: the one that its group names; otherwise all for gravity, the main
+      !> one for other effects. Raises an error for a name that no orbit has.
+      subroutine choose_orbits(effects, chosen)
+         !> Effects with an orbit.
+         type(effect_list_t), intent(in) :: effects
+         !> Orbits to which the effect belongs; shape (number of orbits).
+         logical, allocatable, intent(out) :: chosen(:)
+         allocate (chosen(size(effects%orbits)))
+         chosen = any(group%name == ['gravity_gradient', 'third_degree    ']) .or. &
+                  effects%orbits%label == effects%orbit%label
+         if (.not. group%has('orbit')) return
+         chosen = effects%orbits%label == group%text('orbit', '')
+         if (.not. any(chosen)) call error%raise(group%line_of('orbit'), 'no orbit is called '// &
+                                                 quoted(group%text('orbit', '')), expected='the name of an &orbit')
+      end subroutine choose_orbits
+
+      !> Reads the name by which switches refer to an effect, and its switch at the start of the run.
+      subroutine read_switch()
+         character(len=:), allocatable :: name
+         name = trim(group%text('name', ''))
+         if (len(name) > len(effect%label)) call error%raise(group%line_of('name'), 'name is too long', &
+                                                             expected='at most 24 characters')
+         if (group%has('name') .and. name == '') call error%raise(group%line_of('name'), 'name is blank', &
+                                                                  expected='a name for the effect')
+         effect%label = name
+         effect%on = group%flag('on', .true.)
+      end subroutine read_switch
+
    end subroutine build_one
-
-   !> Adds an effect that was built from a group, and reports its errors.
-   subroutine finish_one(group, place, effect, system, status, error)
-      type(group_t), intent(in) :: group
-      !> Index of the group among all groups.
-      integer, intent(in) :: place
-      !> Allocated unless the status is an error.
-      class(effect_t), allocatable, intent(inout) :: effect
-      type(system_t), intent(inout) :: system
-      type(status_t), intent(inout) :: status
-      type(scene_error_t), intent(inout) :: error
-      if (status%ok()) call check_strength(effect, status)
-      if (status%ok()) then
-         call read_switch(group, effect, error)
-         effect%group = place
-      end if
-      if (status%ok() .and. .not. error%raised) call add_effect_of(system, effect, status)
-      if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
-   end subroutine finish_one
-
-   !> Finds the orbits to which an effect belongs: the one that its group names; otherwise all for gravity, the main one
-   !> for other effects. Raises an error for a name that no orbit has.
-   subroutine choose_orbits(group, effects, chosen, error)
-      type(group_t), intent(in) :: group
-      !> Effects with an orbit.
-      type(effect_list_t), intent(in) :: effects
-      !> Orbits to which the effect belongs; shape (number of orbits).
-      logical, allocatable, intent(out) :: chosen(:)
-      type(scene_error_t), intent(inout) :: error
-      allocate (chosen(size(effects%orbits)))
-      chosen = any(group%name == ['gravity_gradient', 'third_degree    ']) .or. &
-               effects%orbits%label == effects%orbit%label
-      if (.not. group%has('orbit')) return
-      chosen = effects%orbits%label == group%text('orbit', '')
-      if (.not. any(chosen)) call error%raise(group%line_of('orbit'), 'no orbit is called '// &
-                                              quoted(group%text('orbit', '')), expected='the name of an &orbit')
-   end subroutine choose_orbits
-
-   !> Reads the name by which switches refer to an effect, and its switch at the start of the run.
-   subroutine read_switch(group, effect, error)
-      type(group_t), intent(in) :: group
-      class(effect_t), intent(inout) :: effect
-      type(scene_error_t), intent(inout) :: error
-      character(len=:), allocatable :: name
-      name = trim(group%text('name', ''))
-      if (len(name) > len(effect%label)) call error%raise(group%line_of('name'), 'name is too long', &
-                                                          expected='at most 24 characters')
-      if (group%has('name') .and. name == '') call error%raise(group%line_of('name'), 'name is blank', &
-                                                               expected='a name for the effect')
-      effect%label = name
-      effect%on = group%flag('on', .true.)
-   end subroutine read_switch
 
    !> Adds an effect. A rotor, a rotating frame, an orbit or a change of the inertia that is off is not added, since it
    !> cannot be switched.

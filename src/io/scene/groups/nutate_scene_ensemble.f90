@@ -61,14 +61,75 @@ contains
          if (groups(i)%name == 'vary' .and. .not. error%raised) &
             call build_variation(groups(i), groups, kinds, plan, error)
       end do
-      if (groups(at)%has('table') .and. .not. error%raised) call read_table(groups(at), kinds, path, plan, error)
+      if (groups(at)%has('table') .and. .not. error%raised) call read_table(groups(at))
       if (.not. error%raised) call check_added_keys(plan, error)
-      if (.not. error%raised) call read_settings(groups(at), scene_name, path, plan, error)
-      if (.not. error%raised) call count_members(groups(at), plan, error)
+      if (.not. error%raised) call read_settings(groups(at))
+      if (.not. error%raised) call count_members(groups(at))
       if (.not. error%raised) call check_event_names(groups, error)
       if (error%raised) return
       if (any(plan%histories > plan%members)) call error%raise( &
          groups(at)%line_of('histories'), 'histories lists a member that does not exist', expected='numbers of members')
+
+   contains
+
+      !> Reads the settings of output and draws.
+      subroutine read_settings(group)
+         type(group_t), intent(in) :: group
+         plan%seed = group%whole('seed', 0)
+         plan%latin = group%text('sampling', 'random') == 'latin'
+         plan%keeps_rows = group%text('rows', 'final') == 'final'
+         plan%file = trim(group%text('file', scene_name//trim(merge('.npy', '.csv', plan%keeps_rows))))
+         plan%chunk = group%whole('chunk', 0)
+         plan%histories = nint(group%vector('histories', spread(0.0_wp, 1, group%count_of('histories'))))
+         if (plan%file == '' .or. plan%file == '-') then
+            call error%raise(group%line_of('file'), 'file is not a file name', expected='the name of the .npy file')
+         else if (plan%file == path) then
+            call error%raise(group%line_of('file'), 'file would replace the scene itself', expected='another name')
+         end if
+      end subroutine read_settings
+
+      !> Determines the number of members: as given, or the size of the grid or the table.
+      subroutine count_members(group)
+         type(group_t), intent(in) :: group
+         integer(long) :: places, lines
+         integer :: i, k
+         places = 0
+         lines = 0
+         do i = 1, size(plan%variations)
+            associate (variation => plan%variations(i))
+               if (variation%distribution == CASES) lines = size(variation%cases, 2)
+               if (variation%distribution /= GRID) cycle
+               if (places == 0) places = 1
+               do k = 1, variation%n
+                  places = min(places*variation%points(k), most_members + 1)
+               end do
+            end associate
+         end do
+         plan%members = group%whole('members', 0)
+         if (plan%members == 0) plan%members = max(lines, places)
+         if (plan%members == 0) then
+            call error%raise(group%line, '&ensemble lacks members', expected='a whole number > 0, a grid or a table')
+         else if (plan%members > most_members) then
+            call error%raise(group%line, 'the ensemble has too many members', expected='at most 999999999')
+         else if (lines > 0 .and. plan%members > lines) then
+            call error%raise(group%line_of('members'), 'there are more members than lines in the table', &
+                             expected='at most one for each line')
+         end if
+      end subroutine count_members
+
+      !> Adds the table that the group names.
+      subroutine read_table(group)
+         type(group_t), intent(in) :: group
+         character(len=80), allocatable :: names(:)
+         real(wp), allocatable :: numbers(:, :)
+         character(len=:), allocatable :: file
+         type(scene_error_t) :: fault
+         call read_cases(group, path, names, numbers, file, error)
+         if (error%raised) return
+         call add_cases(names, numbers, group%line_of('table'), kinds, plan, fault)
+         if (fault%raised) call error%raise_in(file, 1, fault%text)
+      end subroutine read_table
+
    end subroutine build_ensemble
 
    !> Raises an error for varied keys of body or initial state that exclude or require others: members are rebuilt
@@ -79,73 +140,6 @@ contains
       call check_body_keys(first_group(plan%groups, 'body'), error)
       call check_initial_keys(first_group(plan%groups, 'initial'), error)
    end subroutine check_added_keys
-
-   !> Reads the settings of output and draws.
-   subroutine read_settings(group, scene_name, path, plan, error)
-      type(group_t), intent(in) :: group
-      character(len=*), intent(in) :: scene_name, path
-      type(ensemble_plan_t), intent(inout) :: plan
-      type(scene_error_t), intent(inout) :: error
-      plan%seed = group%whole('seed', 0)
-      plan%latin = group%text('sampling', 'random') == 'latin'
-      plan%keeps_rows = group%text('rows', 'final') == 'final'
-      plan%file = trim(group%text('file', scene_name//trim(merge('.npy', '.csv', plan%keeps_rows))))
-      plan%chunk = group%whole('chunk', 0)
-      plan%histories = nint(group%vector('histories', spread(0.0_wp, 1, group%count_of('histories'))))
-      if (plan%file == '' .or. plan%file == '-') then
-         call error%raise(group%line_of('file'), 'file is not a file name', expected='the name of the .npy file')
-      else if (plan%file == path) then
-         call error%raise(group%line_of('file'), 'file would replace the scene itself', expected='another name')
-      end if
-   end subroutine read_settings
-
-   !> Determines the number of members: as given, or the size of the grid or the table.
-   subroutine count_members(group, plan, error)
-      type(group_t), intent(in) :: group
-      type(ensemble_plan_t), intent(inout) :: plan
-      type(scene_error_t), intent(inout) :: error
-      integer(long) :: places, lines
-      integer :: i, k
-      places = 0
-      lines = 0
-      do i = 1, size(plan%variations)
-         associate (variation => plan%variations(i))
-            if (variation%distribution == CASES) lines = size(variation%cases, 2)
-            if (variation%distribution /= GRID) cycle
-            if (places == 0) places = 1
-            do k = 1, variation%n
-               places = min(places*variation%points(k), most_members + 1)
-            end do
-         end associate
-      end do
-      plan%members = group%whole('members', 0)
-      if (plan%members == 0) plan%members = max(lines, places)
-      if (plan%members == 0) then
-         call error%raise(group%line, '&ensemble lacks members', expected='a whole number > 0, a grid or a table')
-      else if (plan%members > most_members) then
-         call error%raise(group%line, 'the ensemble has too many members', expected='at most 999999999')
-      else if (lines > 0 .and. plan%members > lines) then
-         call error%raise(group%line_of('members'), 'there are more members than lines in the table', &
-                          expected='at most one for each line')
-      end if
-   end subroutine count_members
-
-   !> Adds the table that the group names.
-   subroutine read_table(group, kinds, path, plan, error)
-      type(group_t), intent(in) :: group
-      type(group_kind_t), intent(in) :: kinds(:)
-      character(len=*), intent(in) :: path
-      type(ensemble_plan_t), intent(inout) :: plan
-      type(scene_error_t), intent(inout) :: error
-      character(len=80), allocatable :: names(:)
-      real(wp), allocatable :: numbers(:, :)
-      character(len=:), allocatable :: file
-      type(scene_error_t) :: fault
-      call read_cases(group, path, names, numbers, file, error)
-      if (error%raised) return
-      call add_cases(names, numbers, group%line_of('table'), kinds, plan, fault)
-      if (fault%raised) call error%raise_in(file, 1, fault%text)
-   end subroutine read_table
 
    !> Adds a table from memory to the ensemble of a scene, or makes an ensemble of it. Raises an error for an invalid
    !> table, and leaves the plan unchanged then.

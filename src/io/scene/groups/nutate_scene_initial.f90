@@ -89,18 +89,18 @@ contains
       unit = 1.0_wp
       if (group%flag('degrees', .false.)) unit = pi/180
       if (group%has('tumbling')) then
-         call build_tumbling(group, system%body, unit, q, omega, error)
+         call build_tumbling(system%body)
          return
       else if (group%has('resonance')) then
-         call build_resonance(group, system, periodic, error)
+         call build_resonance()
          q = periodic%q
          omega = periodic%omega
          return
       end if
-      call build_attitude(group, unit, q, error)
+      call build_attitude()
       if (error%raised) return
       if (group%text('attitude_from', 'space') == 'lvlh') q = quat_product(system%effects%orbit%axes(0.0_wp), q)
-      call build_rate(group, unit, q, omega)
+      call build_rate()
       select case (group%text('rate_from', 'inertial'))
       case ('frame')
          omega = omega + frame_rate_of(system%effects, q)
@@ -109,6 +109,91 @@ contains
       case default
          ! The given rate is inertial, as Ω is.
       end select
+
+   contains
+
+      !> Builds attitude and angular velocity of tumbling elements.
+      subroutine build_tumbling(body)
+         type(body_t), intent(in) :: body
+         type(tumbling_start_t) :: start
+         type(status_t) :: status
+         call check_latitude()
+         if (error%raised) return
+         start%is_short_axis = group%text('tumbling', 'sam') == 'sam'
+         start%period_of_short = group%text('period_axis', 'short') == 'short'
+         start%is_negative = group%text('sense', 'positive') == 'negative'
+         start%precession_period = group%number('precession_period', 0.0_wp)
+         start%rotation_period = group%number('rotation_period', 0.0_wp)
+         start%energy_ratio = group%number('energy_ratio', 0.0_wp)
+         start%pole = unit*group%vector('pole', start%pole)
+         start%angle = unit*group%number('precession_angle', 0.0_wp)
+         start%phase = group%number('rotation_phase', 0.0_wp)
+         call tumbling_state(body%moments, body%axes, start, q, omega, status)
+         if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
+      end subroutine build_tumbling
+
+      !> Raises an error for a pole whose latitude is beyond a right angle.
+      subroutine check_latitude()
+         real(wp) :: pole(2), right_angle
+         character(len=:), allocatable :: range
+         pole = group%vector('pole', [0.0_wp, 0.0_wp])
+         right_angle = pi/2
+         range = '-pi/2 to pi/2 rad, or degrees = .true.'
+         if (group%flag('degrees', .false.)) then
+            right_angle = 90.0_wp
+            range = '-90 to 90 degrees'
+         end if
+         if (abs(pole(2)) > right_angle*(1 + 4*epsilon(right_angle))) call error%raise( &
+            group%line_of('pole'), 'the latitude of the pole is '//rounded_text(pole(2)), expected=range)
+      end subroutine check_latitude
+
+      !> Finds the periodic motion of a resonance.
+      subroutine build_resonance()
+         type(status_t) :: status
+         character(len=3) :: ratio
+         ratio = group%text('resonance', '1:1')
+         call find_periodic_start(system, real(iachar(ratio(1:1)) - iachar('0'), &
+            wp)/(iachar(ratio(3:3)) - iachar('0')), &
+                                  periodic, status)
+         if (.not. status%ok()) call error%raise_status(group%line_of('resonance'), status)
+      end subroutine build_resonance
+
+      !> Builds the attitude, from any form that is given; unchanged if none is.
+      subroutine build_attitude()
+         real(wp) :: angles(3)
+         type(status_t) :: status
+
+         angles = 0.0_wp
+         if (group%has('quaternion')) then
+            q = group%vector('quaternion', q)
+            call check_attitude(q, status)
+            if (.not. status%ok()) call error%raise_status(group%line_of('quaternion'), status)
+            q = quat_normalized(q)
+         else if (group%has('axis')) then
+            call quat_from_axis_angle(group%vector('axis', angles), unit*group%number('angle', 0.0_wp), q, status)
+            if (.not. status%ok()) call error%raise_status(group%line_of('axis'), status)
+         else if (group%has('euler')) then
+            angles = unit*group%vector('euler', angles)
+            q = quat_from_euler(angles(1), angles(2), angles(3))
+         else if (group%has('roll_pitch_yaw')) then
+            q = quat_from_roll_pitch_yaw(unit*group%vector('roll_pitch_yaw', angles))
+         end if
+      end subroutine build_attitude
+
+      !> Builds the angular velocity in body axes, rad/s.
+      subroutine build_rate()
+         real(wp) :: angles(3), rates(3)
+
+         if (group%has('euler_rates')) then
+            angles = unit*group%vector('euler', omega)
+            rates = unit*group%vector('euler_rates', omega)
+            omega = angular_velocity_from_euler_rates(angles(2), angles(3), rates(1), rates(2), rates(3))
+         else
+            omega = unit*group%vector('angular_velocity', omega)
+            if (group%text('frame', 'body') == 'space') omega = rotate_to_body(q, omega)
+         end if
+      end subroutine build_rate
+
    end subroutine rebuild_initial
 
    !> Checks keys that exclude or require each other.
@@ -116,12 +201,64 @@ contains
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
       if (group%has('tumbling')) then
-         call check_tumbling(group, error)
+         call check_tumbling()
       else if (group%has('resonance')) then
-         call check_resonance(group, error)
+         call check_resonance()
       else
-         call check_keys(group, error)
+         call check_keys()
       end if
+
+   contains
+
+      !> Checks the keys of tumbling elements: all that a motion requires, and no other form of the initial state.
+      subroutine check_tumbling()
+         integer :: i
+         do i = 1, size(as_such)
+            call allow_one_of(group, [character(len=name_length) :: 'tumbling', as_such(i)], error)
+         end do
+         call allow_one_of(group, [character(len=name_length) :: 'tumbling', 'resonance'], error)
+         call allow_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
+         do i = 1, 3
+            call demand_with(group, 'tumbling', trim(elements(i)), error)
+         end do
+         call demand_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
+      end subroutine check_tumbling
+
+      !> Raises an error for a resonance with another form of the initial state.
+      subroutine check_resonance()
+         integer :: i
+         do i = 1, size(as_such)
+            call allow_one_of(group, [character(len=name_length) :: 'resonance', as_such(i)], error)
+         end do
+         do i = 1, size(elements)
+            call demand_with(group, trim(elements(i)), 'tumbling', error)
+         end do
+      end subroutine check_resonance
+
+      !> Checks the keys of an attitude and a rotation that are given directly.
+      subroutine check_keys()
+         integer :: i
+
+         call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'axis', 'euler', 'roll_pitch_yaw'], &
+            error)
+         call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'angle', 'euler', 'roll_pitch_yaw'], &
+            error)
+         call allow_one_of(group, [character(len=name_length) :: 'angular_velocity', 'euler_rates'], error)
+         call demand_with(group, 'axis', 'angle', error)
+         call demand_with(group, 'angle', 'axis', error)
+         call demand_with(group, 'euler_rates', 'euler', error)
+         call demand_one_of(group, [character(len=name_length) :: 'angular_velocity', 'euler_rates'], error)
+         do i = 1, size(elements)
+            call demand_with(group, trim(elements(i)), 'tumbling', error)
+         end do
+         if (group%has('euler_rates') .and. group%has('frame')) &
+            call error%raise(group%line_of('frame'), 'frame has no meaning with euler_rates', &
+                             expected='frame with angular_velocity only')
+         if (group%has('euler_rates') .and. group%text('attitude_from', 'space') == 'lvlh') &
+            call error%raise(group%line_of('attitude_from'), 'Euler rates are those of the space axes', &
+                             expected='angular_velocity with it')
+      end subroutine check_keys
+
    end subroutine check_initial_keys
 
    !> Raises an error for an initial state that the effects of the scene do not allow.
@@ -144,161 +281,6 @@ contains
       if (group%text('attitude_from', 'space') == 'lvlh') &
          call error%raise(group%line_of('attitude_from'), 'there is no orbit', expected='&orbit')
    end subroutine check_references
-
-   !> Checks the keys of an attitude and a rotation that are given directly.
-   subroutine check_keys(group, error)
-      type(group_t), intent(in) :: group
-      type(scene_error_t), intent(inout) :: error
-      integer :: i
-
-      call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'axis', 'euler', 'roll_pitch_yaw'], error)
-      call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'angle', 'euler', 'roll_pitch_yaw'], error)
-      call allow_one_of(group, [character(len=name_length) :: 'angular_velocity', 'euler_rates'], error)
-      call demand_with(group, 'axis', 'angle', error)
-      call demand_with(group, 'angle', 'axis', error)
-      call demand_with(group, 'euler_rates', 'euler', error)
-      call demand_one_of(group, [character(len=name_length) :: 'angular_velocity', 'euler_rates'], error)
-      do i = 1, size(elements)
-         call demand_with(group, trim(elements(i)), 'tumbling', error)
-      end do
-      if (group%has('euler_rates') .and. group%has('frame')) &
-         call error%raise(group%line_of('frame'), 'frame has no meaning with euler_rates', &
-                          expected='frame with angular_velocity only')
-      if (group%has('euler_rates') .and. group%text('attitude_from', 'space') == 'lvlh') &
-         call error%raise(group%line_of('attitude_from'), 'Euler rates are those of the space axes', &
-                          expected='angular_velocity with it')
-   end subroutine check_keys
-
-   !> Checks the keys of tumbling elements: all that a motion requires, and no other form of the initial state.
-   subroutine check_tumbling(group, error)
-      type(group_t), intent(in) :: group
-      type(scene_error_t), intent(inout) :: error
-      integer :: i
-      do i = 1, size(as_such)
-         call allow_one_of(group, [character(len=name_length) :: 'tumbling', as_such(i)], error)
-      end do
-      call allow_one_of(group, [character(len=name_length) :: 'tumbling', 'resonance'], error)
-      call allow_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
-      do i = 1, 3
-         call demand_with(group, 'tumbling', trim(elements(i)), error)
-      end do
-      call demand_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
-   end subroutine check_tumbling
-
-   !> Raises an error for a pole whose latitude is beyond a right angle.
-   subroutine check_latitude(group, error)
-      type(group_t), intent(in) :: group
-      type(scene_error_t), intent(inout) :: error
-      real(wp) :: pole(2), right_angle
-      character(len=:), allocatable :: range
-      pole = group%vector('pole', [0.0_wp, 0.0_wp])
-      right_angle = pi/2
-      range = '-pi/2 to pi/2 rad, or degrees = .true.'
-      if (group%flag('degrees', .false.)) then
-         right_angle = 90.0_wp
-         range = '-90 to 90 degrees'
-      end if
-      if (abs(pole(2)) > right_angle*(1 + 4*epsilon(right_angle))) call error%raise( &
-         group%line_of('pole'), 'the latitude of the pole is '//rounded_text(pole(2)), expected=range)
-   end subroutine check_latitude
-
-   !> Raises an error for a resonance with another form of the initial state.
-   subroutine check_resonance(group, error)
-      type(group_t), intent(in) :: group
-      type(scene_error_t), intent(inout) :: error
-      integer :: i
-      do i = 1, size(as_such)
-         call allow_one_of(group, [character(len=name_length) :: 'resonance', as_such(i)], error)
-      end do
-      do i = 1, size(elements)
-         call demand_with(group, trim(elements(i)), 'tumbling', error)
-      end do
-   end subroutine check_resonance
-
-   !> Finds the periodic motion of a resonance.
-   subroutine build_resonance(group, system, periodic, error)
-      type(group_t), intent(in) :: group
-      type(system_t), intent(in) :: system
-      type(periodic_start_t), intent(inout) :: periodic
-      type(scene_error_t), intent(inout) :: error
-      type(status_t) :: status
-      character(len=3) :: ratio
-      ratio = group%text('resonance', '1:1')
-      call find_periodic_start(system, real(iachar(ratio(1:1)) - iachar('0'), wp)/(iachar(ratio(3:3)) - iachar('0')), &
-                               periodic, status)
-      if (.not. status%ok()) call error%raise_status(group%line_of('resonance'), status)
-   end subroutine build_resonance
-
-   !> Builds attitude and angular velocity of tumbling elements.
-   subroutine build_tumbling(group, body, unit, q, omega, error)
-      type(group_t), intent(in) :: group
-      type(body_t), intent(in) :: body
-      !> Unit of angles, rad.
-      real(wp), intent(in) :: unit
-      real(wp), intent(inout) :: q(4), omega(3)
-      type(scene_error_t), intent(inout) :: error
-      type(tumbling_start_t) :: start
-      type(status_t) :: status
-      call check_latitude(group, error)
-      if (error%raised) return
-      start%is_short_axis = group%text('tumbling', 'sam') == 'sam'
-      start%period_of_short = group%text('period_axis', 'short') == 'short'
-      start%is_negative = group%text('sense', 'positive') == 'negative'
-      start%precession_period = group%number('precession_period', 0.0_wp)
-      start%rotation_period = group%number('rotation_period', 0.0_wp)
-      start%energy_ratio = group%number('energy_ratio', 0.0_wp)
-      start%pole = unit*group%vector('pole', start%pole)
-      start%angle = unit*group%number('precession_angle', 0.0_wp)
-      start%phase = group%number('rotation_phase', 0.0_wp)
-      call tumbling_state(body%moments, body%axes, start, q, omega, status)
-      if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
-   end subroutine build_tumbling
-
-   !> Builds the attitude, from any form that is given; unchanged if none is.
-   subroutine build_attitude(group, unit, q, error)
-      type(group_t), intent(in) :: group
-      !> Unit of angles, rad.
-      real(wp), intent(in) :: unit
-      real(wp), intent(inout) :: q(4)
-      type(scene_error_t), intent(inout) :: error
-      real(wp) :: angles(3)
-      type(status_t) :: status
-
-      angles = 0.0_wp
-      if (group%has('quaternion')) then
-         q = group%vector('quaternion', q)
-         call check_attitude(q, status)
-         if (.not. status%ok()) call error%raise_status(group%line_of('quaternion'), status)
-         q = quat_normalized(q)
-      else if (group%has('axis')) then
-         call quat_from_axis_angle(group%vector('axis', angles), unit*group%number('angle', 0.0_wp), q, status)
-         if (.not. status%ok()) call error%raise_status(group%line_of('axis'), status)
-      else if (group%has('euler')) then
-         angles = unit*group%vector('euler', angles)
-         q = quat_from_euler(angles(1), angles(2), angles(3))
-      else if (group%has('roll_pitch_yaw')) then
-         q = quat_from_roll_pitch_yaw(unit*group%vector('roll_pitch_yaw', angles))
-      end if
-   end subroutine build_attitude
-
-   !> Builds the angular velocity in body axes, rad/s.
-   subroutine build_rate(group, unit, q, omega)
-      type(group_t), intent(in) :: group
-      !> Unit of angles, rad.
-      real(wp), intent(in) :: unit
-      real(wp), intent(in) :: q(4)
-      real(wp), intent(inout) :: omega(3)
-      real(wp) :: angles(3), rates(3)
-
-      if (group%has('euler_rates')) then
-         angles = unit*group%vector('euler', omega)
-         rates = unit*group%vector('euler_rates', omega)
-         omega = angular_velocity_from_euler_rates(angles(2), angles(3), rates(1), rates(2), rates(3))
-      else
-         omega = unit*group%vector('angular_velocity', omega)
-         if (group%text('frame', 'body') == 'space') omega = rotate_to_body(q, omega)
-      end if
-   end subroutine build_rate
 
    !> Raises an error for a motion, or a rotation in a step, beyond the limits of the computation.
    subroutine check_initial(system, state, plan, initial, integrator, error)

@@ -69,16 +69,126 @@ contains
          if (j0 <= huge(j0)) settings%inverse_auxiliary_inertia = 1/j0
       end if
       if (settings%method == AUTOMATIC_METHOD) then
-         call check_automatic(group, error)
+         call check_automatic()
       else
-         call check_series(group, settings, error)
+         call check_series()
       end if
-      if (.not. error%raised .and. settings%method /= AUTOMATIC_METHOD) call check_method(group, settings, error)
+      if (.not. error%raised .and. settings%method /= AUTOMATIC_METHOD) call check_method()
       if (settings%method == 'nielsen_krenk' .and. group%has('accuracy') .and. .not. group%has('order')) &
          settings%order = 0
-      if (.not. settings%projection) call check_projection(group, settings, error)
-      if (.not. error%raised) call build_goal(group, plan%goal, error)
-      if (.not. error%raised) call build_times(group, plan, error)
+      if (.not. settings%projection) call check_projection()
+      if (.not. error%raised) call build_goal(plan%goal)
+      if (.not. error%raised) call build_times()
+
+   contains
+
+      !> Checks the keys of the automatic choice, which excludes keys of single methods.
+      subroutine check_automatic()
+         integer :: i
+         do i = 1, size(of_a_method)
+            if (group%has(trim(of_a_method(i)))) call error%raise(group%line_of(trim(of_a_method(i))), &
+               trim(of_a_method(i))//" with the method auto, which chooses it", expected='a method by name with it')
+         end do
+         if (group%has('time_step')) call error%raise(group%line_of('time_step'), 'time_step with the method auto', &
+                                                      expected='accuracy or local_tolerance with it')
+      end subroutine check_automatic
+
+      !> Checks the order of a series, which has a key of its own: `order` is one of those in the table of methods.
+      subroutine check_series()
+         if (settings%method == 'taylor') then
+            if (group%has('order')) call error%raise(group%line_of('order'), 'order with the method taylor', &
+                                                     expected='series_order, or neither')
+         else if (group%has('series_order')) then
+            call error%raise(group%line_of('series_order'), 'series_order with the method '//trim(settings%method), &
+                             expected="method = 'taylor' with it")
+         end if
+         if (error%raised .or. .not. group%has('series_order')) return
+         if (settings%series_order >= least_order .and. settings%series_order <= highest_order) return
+         call error%raise(group%line_of('series_order'), &
+                          'series_order '//count_text(settings%series_order)//' is not available', &
+                          expected=count_text(least_order)//' to '//count_text(highest_order))
+      end subroutine check_series
+
+      !> Raises an error for a combination of method, formulation and order that does not exist.
+      subroutine check_method()
+         character(len=*), parameter :: names(*) = methods%name, formulations(*) = methods%formulation
+         integer, parameter :: orders(*) = methods%order
+         logical, parameter :: projected(*) = methods%projected, can_project(*) = methods%can_project
+         logical :: fits(size(methods))
+         character(len=name_length) :: numbers(size(methods))
+
+         fits = names == settings%method .and. formulations == settings%formulation
+         if (.not. any(fits)) then
+            call error%raise(group%line_of('formulation'), trim(settings%method)//' has no formulation '// &
+                             trim(settings%formulation), expected=formulations_text(settings%method))
+         else if (.not. any(fits .and. orders > 0)) then
+            if (group%whole('order', 0) /= 0) call error%raise( &
+               group%line_of('order'), 'order with the method '//trim(settings%method), expected='no order with it')
+         else if (.not. any(fits .and. orders == settings%order)) then
+            write (numbers, '(i0)') orders
+            call error%raise(group%line_of('order'), 'order '//count_text(settings%order)//' is not available', &
+                             expected=comma_list(distinct(pack(numbers, fits))))
+         end if
+         if (error%raised .or. any(fits .and. ((projected .eqv. settings%conserve) .or. can_project))) return
+         call error%raise(group%line_of('conserve'), trim(settings%method)//' needs no projection onto the '// &
+                          'invariants: it conserves by itself', expected='no conserve with it')
+      end subroutine check_method
+
+      !> Returns the formulations that a method can have.
+      pure function formulations_text(method) result(text)
+         character(len=*), intent(in) :: method
+         character(len=:), allocatable :: text
+         character(len=*), parameter :: names(*) = methods%name, formulations(*) = methods%formulation
+         text = comma_list(distinct(pack(formulations, names == method)))
+         if (text == '') text = 'no formulation with this method'
+      end function formulations_text
+
+      !> Checks that without the projection q·p is held by a finite auxiliary inertia, which only the 8×8 system has.
+      subroutine check_projection()
+         if (settings%inverse_auxiliary_inertia <= 0.0_wp) then
+            call error%raise(group%line_of('projection'), 'projection = .false. with an infinite auxiliary_inertia', &
+                             expected='a finite auxiliary_inertia with it')
+         else if (settings%formulation /= 'full') then
+            call error%raise(group%line_of('projection'), 'projection = .false. with formulation = '// &
+                             trim(settings%formulation), expected="formulation = 'full' with it")
+         else if (settings%conserve) then
+            call error%raise(group%line_of('projection'), 'projection = .false. with conserve, which keeps |q| = 1', &
+                             expected='conserve = .false. with it')
+         end if
+      end subroutine check_projection
+
+      !> Builds the goal of adaptive steps.
+      subroutine build_goal(goal)
+         type(run_goal_t), intent(out) :: goal
+         character(len=name_length), parameter :: ways(3) = [character(len=name_length) :: &
+                                                             'time_step', 'accuracy', 'local_tolerance']
+         call demand_one_of(group, ways, error)
+         call allow_one_of(group, ways, error)
+         if (error%raised) return
+         if (group%has('max_step') .and. group%has('time_step')) call error%raise(group%line_of('max_step'), &
+            'max_step with fixed steps', expected='accuracy or local_tolerance with it')
+         goal%accuracy = group%number('accuracy', 0.0_wp)
+         goal%local_tolerance = group%number('local_tolerance', 0.0_wp)
+      end subroutine build_goal
+
+      !> Checks step and end time: of one sign, and not too many steps.
+      subroutine build_times()
+
+         plan%time_step = group%number('time_step', 1.0_wp)
+         plan%end_time = group%number('end_time', 1.0_wp)
+         if (plan%goal%active()) then
+            plan%time_step = 0.0_wp
+            return
+         end if
+         if ((plan%time_step > 0.0_wp) .neqv. (plan%end_time > 0.0_wp)) then
+            call error%raise(group%line_of('end_time'), 'end_time and time_step have opposite signs', &
+                             expected='both positive, or both negative to go back in time')
+         else if (.not. is_countable(plan%end_time, plan%time_step)) then
+            call error%raise(group%line_of('time_step'), 'time_step is too small for end_time', &
+                             expected='less than 9e15 steps')
+         end if
+      end subroutine build_times
+
    end subroutine build_integrator
 
    !> Returns true for an accuracy or a local tolerance without a method, and without a key that belongs to one.
@@ -91,128 +201,5 @@ contains
          if (group%has(trim(of_a_method(i)))) leaves_method_open = .false.
       end do
    end function leaves_method_open
-
-   !> Builds the goal of adaptive steps.
-   subroutine build_goal(group, goal, error)
-      type(group_t), intent(in) :: group
-      type(run_goal_t), intent(out) :: goal
-      type(scene_error_t), intent(inout) :: error
-      character(len=name_length), parameter :: ways(3) = [character(len=name_length) :: &
-                                                          'time_step', 'accuracy', 'local_tolerance']
-      call demand_one_of(group, ways, error)
-      call allow_one_of(group, ways, error)
-      if (error%raised) return
-      if (group%has('max_step') .and. group%has('time_step')) call error%raise(group%line_of('max_step'), &
-         'max_step with fixed steps', expected='accuracy or local_tolerance with it')
-      goal%accuracy = group%number('accuracy', 0.0_wp)
-      goal%local_tolerance = group%number('local_tolerance', 0.0_wp)
-   end subroutine build_goal
-
-   !> Checks the keys of the automatic choice, which excludes keys of single methods.
-   subroutine check_automatic(group, error)
-      type(group_t), intent(in) :: group
-      type(scene_error_t), intent(inout) :: error
-      integer :: i
-      do i = 1, size(of_a_method)
-         if (group%has(trim(of_a_method(i)))) call error%raise(group%line_of(trim(of_a_method(i))), &
-            trim(of_a_method(i))//" with the method auto, which chooses it", expected='a method by name with it')
-      end do
-      if (group%has('time_step')) call error%raise(group%line_of('time_step'), 'time_step with the method auto', &
-                                                   expected='accuracy or local_tolerance with it')
-   end subroutine check_automatic
-
-   !> Checks the order of a series, which has a key of its own: `order` is one of those in the table of methods.
-   subroutine check_series(group, settings, error)
-      type(group_t), intent(in) :: group
-      type(integrator_settings_t), intent(in) :: settings
-      type(scene_error_t), intent(inout) :: error
-      if (settings%method == 'taylor') then
-         if (group%has('order')) call error%raise(group%line_of('order'), 'order with the method taylor', &
-                                                  expected='series_order, or neither')
-      else if (group%has('series_order')) then
-         call error%raise(group%line_of('series_order'), 'series_order with the method '//trim(settings%method), &
-                          expected="method = 'taylor' with it")
-      end if
-      if (error%raised .or. .not. group%has('series_order')) return
-      if (settings%series_order >= least_order .and. settings%series_order <= highest_order) return
-      call error%raise(group%line_of('series_order'), &
-                       'series_order '//count_text(settings%series_order)//' is not available', &
-                       expected=count_text(least_order)//' to '//count_text(highest_order))
-   end subroutine check_series
-
-   !> Raises an error for a combination of method, formulation and order that does not exist.
-   subroutine check_method(group, settings, error)
-      type(group_t), intent(in) :: group
-      type(integrator_settings_t), intent(in) :: settings
-      type(scene_error_t), intent(inout) :: error
-      character(len=*), parameter :: names(*) = methods%name, formulations(*) = methods%formulation
-      integer, parameter :: orders(*) = methods%order
-      logical, parameter :: projected(*) = methods%projected, can_project(*) = methods%can_project
-      logical :: fits(size(methods))
-      character(len=name_length) :: numbers(size(methods))
-
-      fits = names == settings%method .and. formulations == settings%formulation
-      if (.not. any(fits)) then
-         call error%raise(group%line_of('formulation'), trim(settings%method)//' has no formulation '// &
-                          trim(settings%formulation), expected=formulations_text(settings%method))
-      else if (.not. any(fits .and. orders > 0)) then
-         if (group%whole('order', 0) /= 0) call error%raise( &
-            group%line_of('order'), 'order with the method '//trim(settings%method), expected='no order with it')
-      else if (.not. any(fits .and. orders == settings%order)) then
-         write (numbers, '(i0)') orders
-         call error%raise(group%line_of('order'), 'order '//count_text(settings%order)//' is not available', &
-                          expected=comma_list(distinct(pack(numbers, fits))))
-      end if
-      if (error%raised .or. any(fits .and. ((projected .eqv. settings%conserve) .or. can_project))) return
-      call error%raise(group%line_of('conserve'), trim(settings%method)//' needs no projection onto the '// &
-                       'invariants: it conserves by itself', expected='no conserve with it')
-   end subroutine check_method
-
-   !> Returns the formulations that a method can have.
-   pure function formulations_text(method) result(text)
-      character(len=*), intent(in) :: method
-      character(len=:), allocatable :: text
-      character(len=*), parameter :: names(*) = methods%name, formulations(*) = methods%formulation
-      text = comma_list(distinct(pack(formulations, names == method)))
-      if (text == '') text = 'no formulation with this method'
-   end function formulations_text
-
-   !> Checks that without the projection q·p is held by a finite auxiliary inertia, which only the 8×8 system has.
-   subroutine check_projection(group, settings, error)
-      type(group_t), intent(in) :: group
-      type(integrator_settings_t), intent(in) :: settings
-      type(scene_error_t), intent(inout) :: error
-      if (settings%inverse_auxiliary_inertia <= 0.0_wp) then
-         call error%raise(group%line_of('projection'), 'projection = .false. with an infinite auxiliary_inertia', &
-                          expected='a finite auxiliary_inertia with it')
-      else if (settings%formulation /= 'full') then
-         call error%raise(group%line_of('projection'), 'projection = .false. with formulation = '// &
-                          trim(settings%formulation), expected="formulation = 'full' with it")
-      else if (settings%conserve) then
-         call error%raise(group%line_of('projection'), 'projection = .false. with conserve, which keeps |q| = 1', &
-                          expected='conserve = .false. with it')
-      end if
-   end subroutine check_projection
-
-   !> Checks step and end time: of one sign, and not too many steps.
-   subroutine build_times(group, plan, error)
-      type(group_t), intent(in) :: group
-      type(run_plan_t), intent(inout) :: plan
-      type(scene_error_t), intent(inout) :: error
-
-      plan%time_step = group%number('time_step', 1.0_wp)
-      plan%end_time = group%number('end_time', 1.0_wp)
-      if (plan%goal%active()) then
-         plan%time_step = 0.0_wp
-         return
-      end if
-      if ((plan%time_step > 0.0_wp) .neqv. (plan%end_time > 0.0_wp)) then
-         call error%raise(group%line_of('end_time'), 'end_time and time_step have opposite signs', &
-                          expected='both positive, or both negative to go back in time')
-      else if (.not. is_countable(plan%end_time, plan%time_step)) then
-         call error%raise(group%line_of('time_step'), 'time_step is too small for end_time', &
-                          expected='less than 9e15 steps')
-      end if
-   end subroutine build_times
 
 end module nutate_scene_integrator

@@ -66,105 +66,98 @@ contains
       case default
          variation%distribution = UNIFORM
       end select
-      call check_parameters(group, variation, error)
+      call check_parameters()
       if (error%raised) return
       select case (variation%distribution)
       case (NORMAL)
-         call read_normal(group, groups, plan, variation, error)
+         call read_normal()
       case (ROTATION)
          if (variation%n /= 4) call error%raise(group%line_of('key'), 'a rotation is a quaternion', &
                                                 expected='a key of 4 numbers')
       case default
-         call read_bounds(group, variation, error)
+         call read_bounds()
       end select
       if (.not. error%raised) plan%variations = [plan%variations, variation]
-   end subroutine build_variation
 
-   !> Raises an error for parameters that do not belong to the distribution, or have the wrong number of values.
-   subroutine check_parameters(group, variation, error)
-      type(group_t), intent(in) :: group
-      type(varied_key_t), intent(in) :: variation
-      type(scene_error_t), intent(inout) :: error
-      character(len=:), allocatable :: name
-      integer :: i, expected
-      logical :: fits
-      do i = 1, size(parameters)
-         name = trim(parameters(i))
-         if (.not. group%has(name)) cycle
-         if (.not. is_listed(name, trim(belongs_to(variation%distribution)))) then
-            call error%raise(group%line_of(name), name//" with the distribution '"// &
-                             trim(group%text('distribution', ''))//"'", expected='keys of this distribution')
-            return
-         end if
-         expected = variation%n
-         if (name == 'covariance') expected = expected**2
-         fits = group%count_of(name) == expected .or. (name == 'points' .and. group%count_of(name) == 1)
-         if (.not. fits) then
-            call error%raise(group%line_of(name), name//' has the wrong number of values', &
-                             expected=count_text(expected))
-            return
-         end if
-      end do
-   end subroutine check_parameters
+   contains
 
-   !> Reads the bounds of a uniform distribution or of a grid.
-   subroutine read_bounds(group, variation, error)
-      type(group_t), intent(in) :: group
-      type(varied_key_t), intent(inout) :: variation
-      type(scene_error_t), intent(inout) :: error
-      real(wp) :: points(variation%n)
-      call demand_one_of(group, [character(len=name_length) :: 'low'], error)
-      call demand_one_of(group, [character(len=name_length) :: 'high'], error)
-      if (variation%distribution == GRID) call demand_one_of(group, [character(len=name_length) :: 'points'], error)
-      if (error%raised) return
-      points = 0.0_wp
-      variation%low = group%vector('low', points)
-      variation%high = group%vector('high', points)
-      if (any(variation%low > variation%high)) &
-         call error%raise(group%line_of('high'), 'high is below low', expected='bounds in their order')
-      if (variation%distribution /= GRID) return
-      if (group%count_of('points') == 1) then
-         points = group%whole('points', 1)
-      else
-         points = group%vector('points', points)
-      end if
-      variation%points = nint(points)
-   end subroutine read_bounds
-
-   !> Reads mean and covariance. The mean is the value of the scene if the group gives none.
-   subroutine read_normal(group, groups, plan, variation, error)
-      type(group_t), intent(in) :: group, groups(:)
-      type(ensemble_plan_t), intent(in) :: plan
-      type(varied_key_t), intent(inout) :: variation
-      type(scene_error_t), intent(inout) :: error
-      real(wp) :: covariance(variation%n, variation%n), numbers(variation%n)
-      integer :: i
-
-      call allow_one_of(group, [character(len=name_length) :: 'sigma', 'covariance'], error)
-      call demand_one_of(group, [character(len=name_length) :: 'sigma', 'covariance'], error)
-      if (error%raised) return
-      do i = 1, variation%n
-         associate (target => plan%targets(variation%first + i - 1))
-            if (.not. (group%has('mean') .or. groups(target%group)%has(trim(target%key%name)))) &
-               call error%raise(group%line_of('key'), 'the scene has no '//quoted(trim(target%name))// &
-                                ' that could be the mean', expected='mean, or the key in its group')
-            numbers(i) = plan%groups(target%group)%settings(target%setting)%values(target%value)%number
-         end associate
-      end do
-      variation%low = group%vector('mean', numbers)
-      allocate (variation%factor(variation%n, variation%n), source=0.0_wp)
-      if (group%has('sigma')) then
-         numbers = group%vector('sigma', numbers)
-         do i = 1, variation%n
-            variation%factor(i, i) = numbers(i)
+      !> Raises an error for parameters that do not belong to the distribution, or have the wrong number of values.
+      subroutine check_parameters()
+         character(len=:), allocatable :: name
+         integer :: i, expected
+         logical :: fits
+         do i = 1, size(parameters)
+            name = trim(parameters(i))
+            if (.not. group%has(name)) cycle
+            if (.not. is_listed(name, trim(belongs_to(variation%distribution)))) then
+               call error%raise(group%line_of(name), name//" with the distribution '"// &
+                                trim(group%text('distribution', ''))//"'", expected='keys of this distribution')
+               return
+            end if
+            expected = variation%n
+            if (name == 'covariance') expected = expected**2
+            fits = group%count_of(name) == expected .or. (name == 'points' .and. group%count_of(name) == 1)
+            if (.not. fits) then
+               call error%raise(group%line_of(name), name//' has the wrong number of values', &
+                                expected=count_text(expected))
+               return
+            end if
          end do
-      else
-         covariance = reshape(group%vector('covariance', spread(0.0_wp, 1, variation%n**2)), shape(covariance))
-         call find_factor(covariance, variation%factor, i)
-         if (i > 0) call error%raise(group%line_of('covariance'), 'covariance is invalid', &
-                                     expected='a symmetric matrix, row by row, positive semidefinite')
-      end if
-   end subroutine read_normal
+      end subroutine check_parameters
+
+      !> Reads the bounds of a uniform distribution or of a grid.
+      subroutine read_bounds()
+         real(wp) :: points(variation%n)
+         call demand_one_of(group, [character(len=name_length) :: 'low'], error)
+         call demand_one_of(group, [character(len=name_length) :: 'high'], error)
+         if (variation%distribution == GRID) call demand_one_of(group, [character(len=name_length) :: 'points'], error)
+         if (error%raised) return
+         points = 0.0_wp
+         variation%low = group%vector('low', points)
+         variation%high = group%vector('high', points)
+         if (any(variation%low > variation%high)) &
+            call error%raise(group%line_of('high'), 'high is below low', expected='bounds in their order')
+         if (variation%distribution /= GRID) return
+         if (group%count_of('points') == 1) then
+            points = group%whole('points', 1)
+         else
+            points = group%vector('points', points)
+         end if
+         variation%points = nint(points)
+      end subroutine read_bounds
+
+      !> Reads mean and covariance. The mean is the value of the scene if the group gives none.
+      subroutine read_normal()
+         real(wp) :: covariance(variation%n, variation%n), numbers(variation%n)
+         integer :: i
+
+         call allow_one_of(group, [character(len=name_length) :: 'sigma', 'covariance'], error)
+         call demand_one_of(group, [character(len=name_length) :: 'sigma', 'covariance'], error)
+         if (error%raised) return
+         do i = 1, variation%n
+            associate (target => plan%targets(variation%first + i - 1))
+               if (.not. (group%has('mean') .or. groups(target%group)%has(trim(target%key%name)))) &
+                  call error%raise(group%line_of('key'), 'the scene has no '//quoted(trim(target%name))// &
+                                   ' that could be the mean', expected='mean, or the key in its group')
+               numbers(i) = plan%groups(target%group)%settings(target%setting)%values(target%value)%number
+            end associate
+         end do
+         variation%low = group%vector('mean', numbers)
+         allocate (variation%factor(variation%n, variation%n), source=0.0_wp)
+         if (group%has('sigma')) then
+            numbers = group%vector('sigma', numbers)
+            do i = 1, variation%n
+               variation%factor(i, i) = numbers(i)
+            end do
+         else
+            covariance = reshape(group%vector('covariance', spread(0.0_wp, 1, variation%n**2)), shape(covariance))
+            call find_factor(covariance, variation%factor, i)
+            if (i > 0) call error%raise(group%line_of('covariance'), 'covariance is invalid', &
+                                        expected='a symmetric matrix, row by row, positive semidefinite')
+         end if
+      end subroutine read_normal
+
+   end subroutine build_variation
 
    !> Computes the lower triangle L of a covariance L Lᵀ, by Cholesky; columns without variance of their own are zero.
    pure subroutine find_factor(covariance, factor, fault)

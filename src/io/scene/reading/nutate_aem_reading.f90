@@ -376,8 +376,8 @@ contains
       call read_epoch(line(:blank - 1), reader%first%value('TIME_SYSTEM'), date, reader%problem)
       if (reader%problem /= '') reader%problem = quoted(line(:blank - 1))//' '//reader%problem
       if (reader%problem == '') call read_numbers(line(blank:), reader%kind%numbers, values, reader%problem)
-      if (reader%problem == '') call find_attitude(reader, values, q, omega)
-      if (reader%problem /= '' .or. .not. is_useable(reader, date)) return
+      if (reader%problem == '') call find_attitude()
+      if (reader%problem /= '' .or. .not. is_useable()) return
       if (reader%n == 0) reader%epoch = date
       t = date%since(reader%epoch)
       if (reader%n > 0) then
@@ -385,7 +385,7 @@ contains
             reader%problem = 'the date is not after that of the record before (expected ascending dates)'
             return
          end if
-         if (reader%starts_segment) reader%starts_segment = .not. goes_on(reader, rows, t, q, omega)
+         if (reader%starts_segment) reader%starts_segment = .not. goes_on()
          ! A segment that goes on from the end of the one before repeats its last record.
          if (t <= rows%t(reader%n) .and. .not. reader%starts_segment) return
       end if
@@ -397,88 +397,81 @@ contains
       rows%segments(reader%n) = reader%segments
       rows%q(:, reader%n) = q
       rows%omega(:, reader%n) = omega
+
+   contains
+
+      !> Finds attitude, body to space, and angular velocity, body axes, rad/s, of the numbers of a record.
+      subroutine find_attitude()
+         logical :: inverted
+         q = scalar_first(values(1:4))
+         if (.not. is_unit(q, norm_tolerance)) then
+            reader%problem = 'the quaternion is not of unit norm (expected Q1 Q2 Q3 QC with a sum of squares of 1)'
+            return
+         end if
+         omega = rate_of(quat_norm(q), quat_normalized(q), values(5:8))
+         q = quat_normalized(q)
+         if (is_reversed()) q = quat_conjugate(q)
+         inverted = is_inverted(reader%segment%value('REF_FRAME_A'), reader%segment%value('REF_FRAME_B'))
+         if (.not. inverted) return
+         ! REF_FRAME_A rotates against REF_FRAME_B by the opposite rate, in its own axes.
+         q = quat_conjugate(q)
+         omega = -rotate_to_body(q, omega)
+      end subroutine find_attitude
+
+      !> Returns the angular velocity of REF_FRAME_B against REF_FRAME_A, in the axes of B, rad/s; zero without rates.
+      pure function rate_of(norm, q, values) result(omega)
+         !> Norm of the quaternion as given, and the quaternion normalised, scalar first.
+         real(wp), intent(in) :: norm, q(4)
+         !> Numbers behind the quaternion, shape (4).
+         real(wp), intent(in) :: values(:)
+         real(wp) :: omega(3), attitude(4), product(4)
+         attitude = q
+         if (is_reversed()) attitude = quat_conjugate(q)
+         select case (reader%kind%rates)
+         case (ANGULAR_VELOCITY, ROTATION_RATE)
+            omega = values(1:3)*degree
+            if (reader%kind%rates == ROTATION_RATE .and. is_reversed()) omega = -omega
+            if (.not. is_frame(reader%segment, frame_keyword(reader%kind%rates), 'REF_FRAME_B')) &
+               omega = rotate_to_body(attitude, omega)
+         case (DERIVATIVE)
+            product = scalar_first(values)/norm
+            if (is_reversed()) product = quat_conjugate(product)
+            product = quat_product(quat_conjugate(attitude), product)
+            omega = 2*product(2:4)
+         case default
+            omega = 0.0_wp
+         end select
+      end function rate_of
+
+      !> Returns the four numbers of a quaternion, or of its derivative, scalar first.
+      pure function scalar_first(values) result(q)
+         real(wp), intent(in) :: values(4)
+         real(wp) :: q(4)
+         q = [values(4), values(1:3)]
+         if (lower_case(reader%segment%value('QUATERNION_TYPE')) == 'first') q = values
+      end function scalar_first
+
+      !> Returns true if the quaternion describes the rotation from REF_FRAME_B to REF_FRAME_A.
+      pure logical function is_reversed()
+         is_reversed = lower_case(reader%segment%value('ATTITUDE_DIR')) == 'b2a'
+      end function is_reversed
+
+      !> Returns true for a date inside of the useable part of the segment.
+      pure logical function is_useable()
+         is_useable = .true.
+         if (reader%useable_start%is_set()) is_useable = date%since(reader%useable_start) >= 0.0_wp
+         if (reader%useable_stop%is_set()) is_useable = is_useable .and. date%since(reader%useable_stop) <= 0.0_wp
+      end function is_useable
+
+      !> Returns true if the first record of a segment is the last one of the segment before.
+      pure logical function goes_on()
+         goes_on = t <= rows%t(reader%n) .and. min(norm2(q - rows%q(:, reader%n)), norm2(q + rows%q(:, &
+            reader%n))) <= same
+         if (goes_on .and. reader%kind%rates /= NO_RATES) &
+            goes_on = norm2(omega - rows%omega(:, reader%n)) <= same*max(norm2(omega), same)
+      end function goes_on
+
    end subroutine take_record
-
-   !> Finds attitude, body to space, and angular velocity, body axes, rad/s, of the numbers of a record.
-   subroutine find_attitude(reader, values, q, omega)
-      type(reader_t), intent(inout) :: reader
-      real(wp), intent(in) :: values(:)
-      real(wp), intent(out) :: q(4), omega(3)
-      logical :: inverted
-      q = scalar_first(reader, values(1:4))
-      if (.not. is_unit(q, norm_tolerance)) then
-         reader%problem = 'the quaternion is not of unit norm (expected Q1 Q2 Q3 QC with a sum of squares of 1)'
-         return
-      end if
-      omega = rate_of(reader, quat_norm(q), quat_normalized(q), values(5:8))
-      q = quat_normalized(q)
-      if (is_reversed(reader)) q = quat_conjugate(q)
-      inverted = is_inverted(reader%segment%value('REF_FRAME_A'), reader%segment%value('REF_FRAME_B'))
-      if (.not. inverted) return
-      ! REF_FRAME_A rotates against REF_FRAME_B by the opposite rate, in its own axes.
-      q = quat_conjugate(q)
-      omega = -rotate_to_body(q, omega)
-   end subroutine find_attitude
-
-   !> Returns the angular velocity of REF_FRAME_B against REF_FRAME_A, in the axes of B, rad/s; zero without rates.
-   pure function rate_of(reader, norm, q, values) result(omega)
-      type(reader_t), intent(in) :: reader
-      !> Norm of the quaternion as given, and the quaternion normalised, scalar first.
-      real(wp), intent(in) :: norm, q(4)
-      !> Numbers behind the quaternion, shape (4).
-      real(wp), intent(in) :: values(:)
-      real(wp) :: omega(3), attitude(4), product(4)
-      attitude = q
-      if (is_reversed(reader)) attitude = quat_conjugate(q)
-      select case (reader%kind%rates)
-      case (ANGULAR_VELOCITY, ROTATION_RATE)
-         omega = values(1:3)*degree
-         if (reader%kind%rates == ROTATION_RATE .and. is_reversed(reader)) omega = -omega
-         if (.not. is_frame(reader%segment, frame_keyword(reader%kind%rates), 'REF_FRAME_B')) &
-            omega = rotate_to_body(attitude, omega)
-      case (DERIVATIVE)
-         product = scalar_first(reader, values)/norm
-         if (is_reversed(reader)) product = quat_conjugate(product)
-         product = quat_product(quat_conjugate(attitude), product)
-         omega = 2*product(2:4)
-      case default
-         omega = 0.0_wp
-      end select
-   end function rate_of
-
-   !> Returns the four numbers of a quaternion, or of its derivative, scalar first.
-   pure function scalar_first(reader, values) result(q)
-      type(reader_t), intent(in) :: reader
-      real(wp), intent(in) :: values(4)
-      real(wp) :: q(4)
-      q = [values(4), values(1:3)]
-      if (lower_case(reader%segment%value('QUATERNION_TYPE')) == 'first') q = values
-   end function scalar_first
-
-   !> Returns true if the quaternion describes the rotation from REF_FRAME_B to REF_FRAME_A.
-   pure logical function is_reversed(reader)
-      type(reader_t), intent(in) :: reader
-      is_reversed = lower_case(reader%segment%value('ATTITUDE_DIR')) == 'b2a'
-   end function is_reversed
-
-   !> Returns true for a date inside of the useable part of the segment.
-   pure logical function is_useable(reader, date)
-      type(reader_t), intent(in) :: reader
-      type(epoch_t), intent(in) :: date
-      is_useable = .true.
-      if (reader%useable_start%is_set()) is_useable = date%since(reader%useable_start) >= 0.0_wp
-      if (reader%useable_stop%is_set()) is_useable = is_useable .and. date%since(reader%useable_stop) <= 0.0_wp
-   end function is_useable
-
-   !> Returns true if the first record of a segment is the last one of the segment before.
-   pure logical function goes_on(reader, rows, t, q, omega)
-      type(reader_t), intent(in) :: reader
-      type(attitude_rows_t), intent(in) :: rows
-      real(wp), intent(in) :: t, q(4), omega(3)
-      goes_on = t <= rows%t(reader%n) .and. min(norm2(q - rows%q(:, reader%n)), norm2(q + rows%q(:, reader%n))) <= same
-      if (goes_on .and. reader%kind%rates /= NO_RATES) &
-         goes_on = norm2(omega - rows%omega(:, reader%n)) <= same*max(norm2(omega), same)
-   end function goes_on
 
    !> Reads numbers, parted by blanks.
    subroutine read_numbers(text, n, values, problem)

@@ -36,11 +36,11 @@ contains
       do
          call lexer%next(text, token, error)
          if (error%raised .or. token%kind == TOKEN_END) exit
-         call start_group(text, token, kinds, found(1:n), kind, error)
+         call start_group(found(1:n), kind)
          if (error%raised) exit
          if (n == size(found)) call resize(found, 2*n, n)
          n = n + 1
-         call read_group(lexer, text, kinds, kind, token%line, found(n), error)
+         call read_group(token%line, found(n))
          if (error%raised) exit
       end do
       call resize(found, n, n)
@@ -49,67 +49,61 @@ contains
       if (len(text) > 0) then
          if (text(len(text):) == achar(10)) last_line = max(1, last_line - 1)
       end if
-   end subroutine read_groups
 
-   !> Returns the kind of a group that starts. Errors: not a group, unknown, there already.
-   subroutine start_group(text, token, kinds, groups, kind, error)
-      character(len=*), intent(in) :: text
-      type(token_t), intent(in) :: token
-      type(group_kind_t), intent(in) :: kinds(:)
-      !> Groups read so far.
-      type(group_t), intent(in) :: groups(:)
-      !> Index of the group among the kinds.
-      integer, intent(out) :: kind
-      type(scene_error_t), intent(inout) :: error
+   contains
 
-      kind = 0
-      if (token%kind /= TOKEN_GROUP) then
-         call error%raise(token%line, quoted(text(token%first:token%last))//' stands outside of a group', &
-                          expected='&name of a group, or ! before a comment')
-         return
-      end if
-      call find_kind(text(token%first:token%last), kinds, token%line, kind, error)
-      if (error%raised) return
-      if (kinds(kind)%repeatable) return
-      if (any(groups%name == kinds(kind)%name)) &
-         call error%raise(token%line, 'a second group &'//trim(kinds(kind)%name), expected='only one')
-   end subroutine start_group
+      !> Returns the kind of a group that starts. Errors: not a group, unknown, there already.
+      subroutine start_group(groups, kind)
+         !> Groups read so far.
+         type(group_t), intent(in) :: groups(:)
+         !> Index of the group among the kinds.
+         integer, intent(out) :: kind
 
-   !> Reads the keys of a group up to its closing slash.
-   subroutine read_group(lexer, text, kinds, kind, line, group, error)
-      type(lexer_t), intent(inout) :: lexer
-      character(len=*), intent(in) :: text
-      type(group_kind_t), intent(in) :: kinds(:)
-      !> Index of the group among the kinds.
-      integer, intent(in) :: kind
-      !> Line where the group starts.
-      integer, intent(in) :: line
-      type(group_t), intent(inout) :: group
-      type(scene_error_t), intent(inout) :: error
-      type(setting_t) :: settings(size(kinds(kind)%keys))
-      type(token_t) :: token
-      integer :: n, key
-
-      group%name = kinds(kind)%name
-      group%line = line
-      n = 0
-      call lexer%next(text, token, error)
-      do while (token%kind == TOKEN_KEY .and. .not. error%raised)
-         call find_key(text(token%first:token%last), kinds, kind, token%line, key, error)
-         if (error%raised) return
-         if (any(settings(1:n)%name == kinds(kind)%keys(key)%name)) then
-            call error%raise(token%line, trim(kinds(kind)%keys(key)%name)//' is given twice in &'//trim(group%name), &
-                             expected='it once')
+         kind = 0
+         if (token%kind /= TOKEN_GROUP) then
+            call error%raise(token%line, quoted(text(token%first:token%last))//' stands outside of a group', &
+                             expected='&name of a group, or ! before a comment')
             return
          end if
-         n = n + 1
-         settings(n)%name = kinds(kind)%keys(key)%name
-         settings(n)%line = token%line
-         call read_values(lexer, text, kinds(kind)%keys(key), settings(n), token, error)
-      end do
-      if (token%kind /= TOKEN_SLASH .and. .not. error%raised) call blame(text, token, group, error)
-      group%settings = settings(1:n)
-   end subroutine read_group
+         call find_kind(text(token%first:token%last), kinds, token%line, kind, error)
+         if (error%raised) return
+         if (kinds(kind)%repeatable) return
+         if (any(groups%name == kinds(kind)%name)) &
+            call error%raise(token%line, 'a second group &'//trim(kinds(kind)%name), expected='only one')
+      end subroutine start_group
+
+      !> Reads the keys of a group up to its closing slash.
+      subroutine read_group(line, group)
+         !> Line where the group starts.
+         integer, intent(in) :: line
+         type(group_t), intent(inout) :: group
+         type(setting_t) :: settings(size(kinds(kind)%keys))
+         type(token_t) :: token
+         integer :: n, key
+
+         group%name = kinds(kind)%name
+         group%line = line
+         n = 0
+         call lexer%next(text, token, error)
+         do while (token%kind == TOKEN_KEY .and. .not. error%raised)
+            call find_key(text(token%first:token%last), kinds, kind, token%line, key, error)
+            if (error%raised) return
+            if (any(settings(1:n)%name == kinds(kind)%keys(key)%name)) then
+               call error%raise(token%line, trim(kinds(kind)%keys(key)%name)//' is given twice in &'// &
+                  trim(group%name), &
+                                expected='it once')
+               return
+            end if
+            n = n + 1
+            settings(n)%name = kinds(kind)%keys(key)%name
+            settings(n)%line = token%line
+            call read_values(lexer, text, kinds(kind)%keys(key), settings(n), token, error)
+         end do
+         if (token%kind /= TOKEN_SLASH .and. .not. error%raised) call blame(text, token, group, error)
+         group%settings = settings(1:n)
+      end subroutine read_group
+
+   end subroutine read_groups
 
    !> Raises the error of a token that is found instead of a key or the end of a group.
    subroutine blame(text, token, group, error)

@@ -82,13 +82,87 @@ contains
          token%first = self%position + 1
          token%last = end_of_word(text, token%first)
       case ('''', '"')
-         call read_text(self, text, token, error)
+         call read_text()
          return
       case default
-         call read_word(self, text, token, error)
+         call read_word()
          return
       end select
       self%position = token%last + 1
+
+   contains
+
+      !> Reads a word: a key if an `=` follows, otherwise a value, perhaps with a repeat count.
+      subroutine read_word()
+         type(lexer_t) :: behind
+         integer :: star
+
+         token%kind = TOKEN_WORD
+         token%last = end_of_word(text, token%first)
+         self%position = token%last + 1
+         star = repeat_width(text(token%first:token%last))
+         if (star > 0) then
+            token%repeat = repeat_count(text(token%first:token%first + star - 2))
+            token%first = token%first + star
+            if (token%repeat == 0) then
+               call error%raise(token%line, 'a repeat count is zero', expected='a count of 1 or more before *')
+            else if (token%first <= token%last) then
+               continue
+            else if (starts_text(text, self%position)) then
+               call read_text()
+               return
+            else
+               call error%raise(token%line, 'nothing is repeated after *', expected='a value right after it')
+            end if
+         end if
+         behind = self
+         call skip_blanks(behind, text)
+         if (behind%position <= len(text)) then
+            if (text(behind%position:behind%position) == '=') then
+               token%kind = TOKEN_KEY
+               self%line = behind%line
+               self%position = behind%position + 1
+               return
+            end if
+         end if
+         call check_separated()
+      end subroutine read_word
+
+      !> Reads a string in quotes; a doubled quote inside stands for one.
+      subroutine read_text()
+         character :: quote
+         integer :: step
+
+         token%kind = TOKEN_TEXT
+         quote = text(self%position:self%position)
+         self%position = self%position + 1
+         token%first = self%position
+         do
+            step = scan(text(self%position:), quote//newline)
+            if (step > 0) self%position = self%position + step - 1
+            if (step == 0 .or. self%position > len(text)) exit
+            if (text(self%position:self%position) == newline) exit
+            token%last = self%position - 1
+            self%position = self%position + 1
+            if (self%position > len(text)) return
+            if (text(self%position:self%position) /= quote) then
+               call check_separated()
+               return
+            end if
+            self%position = self%position + 1
+         end do
+         call error%raise(token%line, 'a text is not closed', expected='a '//quote//' at its end, on the same line')
+         self%position = len(text) + 1
+      end subroutine read_text
+
+      !> Raises an error for a value that is not separated from the next one.
+      subroutine check_separated()
+         if (self%position > len(text)) return
+         if (scan(text(self%position:self%position), separators) == 1) return
+         call error%raise(self%line, quoted(text(self%position:end_of_word(text, self%position + 1)))// &
+                          ' follows a value without a separator', expected='a comma or a blank between values')
+      end subroutine check_separated
+
    end subroutine next
 
    !> Moves over blanks, ends of lines and comments.
@@ -110,88 +184,6 @@ contains
          self%position = self%position + 1
       end do
    end subroutine skip_blanks
-
-   !> Reads a word: a key if an `=` follows, otherwise a value, perhaps with a repeat count.
-   subroutine read_word(self, text, token, error)
-      type(lexer_t), intent(inout) :: self
-      character(len=*), intent(in) :: text
-      type(token_t), intent(inout) :: token
-      type(scene_error_t), intent(inout) :: error
-      type(lexer_t) :: behind
-      integer :: star
-
-      token%kind = TOKEN_WORD
-      token%last = end_of_word(text, token%first)
-      self%position = token%last + 1
-      star = repeat_width(text(token%first:token%last))
-      if (star > 0) then
-         token%repeat = repeat_count(text(token%first:token%first + star - 2))
-         token%first = token%first + star
-         if (token%repeat == 0) then
-            call error%raise(token%line, 'a repeat count is zero', expected='a count of 1 or more before *')
-         else if (token%first <= token%last) then
-            continue
-         else if (starts_text(text, self%position)) then
-            call read_text(self, text, token, error)
-            return
-         else
-            call error%raise(token%line, 'nothing is repeated after *', expected='a value right after it')
-         end if
-      end if
-      behind = self
-      call skip_blanks(behind, text)
-      if (behind%position <= len(text)) then
-         if (text(behind%position:behind%position) == '=') then
-            token%kind = TOKEN_KEY
-            self = behind
-            self%position = behind%position + 1
-            return
-         end if
-      end if
-      call check_separated(self, text, error)
-   end subroutine read_word
-
-   !> Reads a string in quotes; a doubled quote inside stands for one.
-   subroutine read_text(self, text, token, error)
-      type(lexer_t), intent(inout) :: self
-      character(len=*), intent(in) :: text
-      type(token_t), intent(inout) :: token
-      type(scene_error_t), intent(inout) :: error
-      character :: quote
-      integer :: step
-
-      token%kind = TOKEN_TEXT
-      quote = text(self%position:self%position)
-      self%position = self%position + 1
-      token%first = self%position
-      do
-         step = scan(text(self%position:), quote//newline)
-         if (step > 0) self%position = self%position + step - 1
-         if (step == 0 .or. self%position > len(text)) exit
-         if (text(self%position:self%position) == newline) exit
-         token%last = self%position - 1
-         self%position = self%position + 1
-         if (self%position > len(text)) return
-         if (text(self%position:self%position) /= quote) then
-            call check_separated(self, text, error)
-            return
-         end if
-         self%position = self%position + 1
-      end do
-      call error%raise(token%line, 'a text is not closed', expected='a '//quote//' at its end, on the same line')
-      self%position = len(text) + 1
-   end subroutine read_text
-
-   !> Raises an error for a value that is not separated from the next one.
-   subroutine check_separated(self, text, error)
-      type(lexer_t), intent(in) :: self
-      character(len=*), intent(in) :: text
-      type(scene_error_t), intent(inout) :: error
-      if (self%position > len(text)) return
-      if (scan(text(self%position:self%position), separators) == 1) return
-      call error%raise(self%line, quoted(text(self%position:end_of_word(text, self%position + 1)))// &
-                       ' follows a value without a separator', expected='a comma or a blank between values')
-   end subroutine check_separated
 
    !> Returns the value of a string in quotes: doubled quotes single.
    pure function text_value(text, token) result(value)

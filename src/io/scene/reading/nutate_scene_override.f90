@@ -36,7 +36,7 @@ contains
 
       if (error%raised) return
       if (index(override, '-') == 1) then
-         call find_name(override(2:), 'GROUP.KEY', LINE_OF_UNSET, kinds, groups, at, error)
+         call find_name(override(2:), 'GROUP.KEY', LINE_OF_UNSET)
          if (error%raised .or. at%group == 0) return
          call groups(at%group)%drop(trim(kinds(at%kind)%keys(at%key)%name))
          return
@@ -45,88 +45,106 @@ contains
       if (equals == 0) then
          call error%raise(LINE_OF_SET, quoted(override)//' is not a setting', expected='GROUP.KEY=VALUE')
       else
-         call find_name(override, 'GROUP.KEY=VALUE', LINE_OF_SET, kinds, groups, at, error)
-         if (.not. error%raised) call set(override(equals + 1:), kinds, at, groups, error)
+         call find_name(override, 'GROUP.KEY=VALUE', LINE_OF_SET)
+         if (.not. error%raised) call set(override(equals + 1:))
       end if
+
+   contains
+
+      !> Finds group and key of `GROUP.KEY`, `GROUP.N.KEY`, or of those with `=VALUE` behind them.
+      subroutine find_name(name, form, line)
+         character(len=*), intent(in) :: name
+         !> Expected form, for messages.
+         character(len=*), intent(in) :: form
+         !> Line to report in errors, `LINE_OF_...`.
+         integer, intent(in) :: line
+         integer :: dot, last, second
+         last = index(name//'=', '=') - 1
+         dot = index(name(:last), '.')
+         if (dot == 0) then
+            call error%raise(line, quoted(name)//' is not a setting', expected=form)
+            return
+         end if
+         call find_kind(trim(adjustl(name(:dot - 1))), kinds, line, at%kind, error)
+         if (error%raised) return
+         second = index(name(dot + 1:last), '.')
+         if (second > 0) then
+            at%number = max(1, number_of(name(dot + 1:dot + second - 1)))
+            if (number_of(name(dot + 1:dot + second - 1)) > 0) dot = dot + second
+         end if
+         call find_key(trim(adjustl(name(dot + 1:last))), kinds, at%kind, line, at%key, error)
+         if (.not. error%raised) call find_group(trim(kinds(at%kind)%name), line)
+      end subroutine find_name
+
+      !> Finds the group. Raises an error for a second or later one that does not exist.
+      subroutine find_group(name, line)
+         character(len=*), intent(in) :: name
+         !> Line to report in errors, `LINE_OF_...`.
+         integer, intent(in) :: line
+         integer :: i, n
+         n = 0
+         do i = 1, size(groups)
+            if (groups(i)%name /= name) cycle
+            n = n + 1
+            if (n == at%number) at%group = i
+         end do
+         if (at%group > 0 .or. at%number == 1) return
+         call error%raise(line, 'the scene has no group &'//name//' number '//count_text(at%number), &
+                          expected='groups of the scene, counted from 1 by their name')
+      end subroutine find_group
+
+      !> Reads the value of a key and puts it into the groups.
+      subroutine set(value)
+         character(len=*), intent(in) :: value
+         type(scene_error_t) :: mistake
+         type(key_t) :: key
+         type(setting_t) :: setting
+         type(lexer_t) :: lexer
+         type(token_t) :: token
+         character(len=:), allocatable :: text
+
+         key = kinds(at%kind)%keys(at%key)
+         text = value
+         if (key%kind == KEY_TEXT) text = with_quotes(value, is_list=key%most > 1)
+         setting%name = key%name
+         call read_values(lexer, text, key, setting, token, mistake)
+         if (token%kind /= TOKEN_END) &
+            call mistake%raise(LINE_OF_SET, quoted(text(token%first:token%last))//' follows the value of '// &
+                               trim(key%name), expected='one setting')
+         if (mistake%raised) then
+            call error%raise(LINE_OF_SET, mistake%text)
+         else
+            call put(kinds(at%kind)%name, at%group, key, setting)
+         end if
+      end subroutine set
+
+      !> Puts a setting into a group, in place of that of the file.
+      subroutine put(name, place, key, setting)
+         !> Name of the group.
+         character(len=*), intent(in) :: name
+         !> Index of the group; 0: a new one.
+         integer, intent(in) :: place
+         type(key_t), intent(in) :: key
+         type(setting_t), intent(in) :: setting
+         character(len=name_length), allocatable :: others(:)
+         integer :: i, j
+
+         i = place
+         if (i == 0) then
+            i = size(groups) + 1
+            call resize(groups, i, i - 1)
+            groups(i)%name = name
+            allocate (groups(i)%settings(0))
+         end if
+         others = split_list(key%instead_of)
+         do j = 1, size(others)
+            if (groups(i)%line_of(trim(others(j))) /= LINE_OF_SET) call groups(i)%drop(trim(others(j)))
+         end do
+         ! The setting goes behind the others: where two keys exclude each other, the later one is at fault.
+         call groups(i)%put(setting)
+      end subroutine put
+
    end subroutine apply_override
-
-   !> Finds group and key of `GROUP.KEY`, `GROUP.N.KEY`, or of those with `=VALUE` behind them.
-   subroutine find_name(name, form, line, kinds, groups, at, error)
-      character(len=*), intent(in) :: name
-      !> Expected form, for messages.
-      character(len=*), intent(in) :: form
-      !> Line to report in errors, `LINE_OF_...`.
-      integer, intent(in) :: line
-      type(group_kind_t), intent(in) :: kinds(:)
-      type(group_t), intent(in) :: groups(:)
-      type(place_t), intent(out) :: at
-      type(scene_error_t), intent(inout) :: error
-      integer :: dot, last, second
-      last = index(name//'=', '=') - 1
-      dot = index(name(:last), '.')
-      if (dot == 0) then
-         call error%raise(line, quoted(name)//' is not a setting', expected=form)
-         return
-      end if
-      call find_kind(trim(adjustl(name(:dot - 1))), kinds, line, at%kind, error)
-      if (error%raised) return
-      second = index(name(dot + 1:last), '.')
-      if (second > 0) then
-         at%number = max(1, number_of(name(dot + 1:dot + second - 1)))
-         if (number_of(name(dot + 1:dot + second - 1)) > 0) dot = dot + second
-      end if
-      call find_key(trim(adjustl(name(dot + 1:last))), kinds, at%kind, line, at%key, error)
-      if (.not. error%raised) call find_group(trim(kinds(at%kind)%name), line, groups, at, error)
-   end subroutine find_name
-
-   !> Finds the group. Raises an error for a second or later one that does not exist.
-   subroutine find_group(name, line, groups, at, error)
-      character(len=*), intent(in) :: name
-      !> Line to report in errors, `LINE_OF_...`.
-      integer, intent(in) :: line
-      type(group_t), intent(in) :: groups(:)
-      type(place_t), intent(inout) :: at
-      type(scene_error_t), intent(inout) :: error
-      integer :: i, n
-      n = 0
-      do i = 1, size(groups)
-         if (groups(i)%name /= name) cycle
-         n = n + 1
-         if (n == at%number) at%group = i
-      end do
-      if (at%group > 0 .or. at%number == 1) return
-      call error%raise(line, 'the scene has no group &'//name//' number '//count_text(at%number), &
-                       expected='groups of the scene, counted from 1 by their name')
-   end subroutine find_group
-
-   !> Reads the value of a key and puts it into the groups.
-   subroutine set(value, kinds, at, groups, error)
-      character(len=*), intent(in) :: value
-      type(group_kind_t), intent(in) :: kinds(:)
-      type(place_t), intent(in) :: at
-      type(group_t), allocatable, intent(inout) :: groups(:)
-      type(scene_error_t), intent(inout) :: error
-      type(scene_error_t) :: mistake
-      type(key_t) :: key
-      type(setting_t) :: setting
-      type(lexer_t) :: lexer
-      type(token_t) :: token
-      character(len=:), allocatable :: text
-
-      key = kinds(at%kind)%keys(at%key)
-      text = value
-      if (key%kind == KEY_TEXT) text = with_quotes(value, is_list=key%most > 1)
-      setting%name = key%name
-      call read_values(lexer, text, key, setting, token, mistake)
-      if (token%kind /= TOKEN_END) &
-         call mistake%raise(LINE_OF_SET, quoted(text(token%first:token%last))//' follows the value of '// &
-                            trim(key%name), expected='one setting')
-      if (mistake%raised) then
-         call error%raise(LINE_OF_SET, mistake%text)
-      else
-         call put(kinds(at%kind)%name, at%group, key, setting, groups)
-      end if
-   end subroutine set
 
    !> Returns a string as it is in a scene: quotes that the shell has removed are restored, in a list around each word.
    pure function with_quotes(value, is_list) result(text)
@@ -151,32 +169,5 @@ contains
       end do
       if (in_word) text = text//"'"
    end function with_quotes
-
-   !> Puts a setting into a group, in place of that of the file.
-   subroutine put(name, place, key, setting, groups)
-      !> Name of the group.
-      character(len=*), intent(in) :: name
-      !> Index of the group; 0: a new one.
-      integer, intent(in) :: place
-      type(key_t), intent(in) :: key
-      type(setting_t), intent(in) :: setting
-      type(group_t), allocatable, intent(inout) :: groups(:)
-      character(len=name_length), allocatable :: others(:)
-      integer :: i, j
-
-      i = place
-      if (i == 0) then
-         i = size(groups) + 1
-         call resize(groups, i, i - 1)
-         groups(i)%name = name
-         allocate (groups(i)%settings(0))
-      end if
-      others = split_list(key%instead_of)
-      do j = 1, size(others)
-         if (groups(i)%line_of(trim(others(j))) /= LINE_OF_SET) call groups(i)%drop(trim(others(j)))
-      end do
-      ! The setting goes behind the others: where two keys exclude each other, the later one is at fault.
-      call groups(i)%put(setting)
-   end subroutine put
 
 end module nutate_scene_override
