@@ -171,102 +171,96 @@ contains
          allocate (handle%given, source=handle%system%effects)
       if (allocated(handle%run%spare)) handle%run%spare%keeps_system = .false.
       call handle%system%effects%transfer_switches(archive)
-      call transfer_run(handle, archive, status)
+      call transfer_run()
       if (.not. allocated(handle%found)) allocate (handle%found)
       if (status%ok()) call handle%found%transfer(archive, status)
       if (.not. (status%ok() .and. archive%is_whole())) return
       if (archive%is_reading() .and. .not. stale) call prepare(handle, status)
-      if (status%ok() .and. .not. stale) call archive%expect(settings_of(handle))
-      if (status%ok() .and. .not. stale) call transfer_method(handle, ready, archive, status)
+      if (status%ok() .and. .not. stale) call archive%expect(settings_of())
+      if (status%ok() .and. .not. stale) call transfer_method()
       handle%stale = stale
       if (archive%is_reading() .and. .not. (ready .and. status%ok())) call unprepare(handle)
       if (status%ok()) call handle%columns%transfer(archive)
-   end subroutine transfer_handle
 
-   !> Returns the settings of a stepper that decide its steps, as text: numbers by their bits.
-   function settings_of(handle) result(text)
-      type(stepper_handle_t), intent(in) :: handle
-      character(len=:), allocatable :: text
-      character(len=200) :: line
-      associate (given => handle%run%requested, plan => handle%plan)
-         write (line, '(2(a,1x),3(i0,1x),2(l1,1x),6(z16,1x))') &
-            trim(given%method), trim(given%formulation), given%order, given%series_order, given%max_iterations, &
-            given%conserve, given%projection, &
-            transfer([given%inverse_auxiliary_inertia, given%tolerance, given%max_step, plan%time_step, &
-                      plan%goal%accuracy, plan%goal%local_tolerance], [0_long])
-      end associate
-      text = trim(line)
-   end function settings_of
+   contains
 
-   !> Writes or reads the chosen method, and the data that it keeps between steps. Errors: those of its `prepare`.
-   subroutine transfer_method(handle, ready, archive, status)
-      type(stepper_handle_t), intent(inout) :: handle
-      !> True if neither settings nor a run has replaced the stepper since.
-      logical, intent(in) :: ready
-      class(archive_t), intent(inout) :: archive
-      type(status_t), intent(inout) :: status
-      character(len=:), allocatable :: method, formulation, choice
-      associate (run => handle%run, settings => handle%run%summary%settings)
-         method = settings%method
-         formulation = settings%formulation
-         choice = trim(run%summary%choice)
-         call archive%transfer(method)
-         call archive%transfer(formulation)
-         call archive%transfer(choice)
-         call archive%transfer(settings%order)
-         call archive%transfer(settings%series_order)
-         call archive%transfer(settings%conserve)
-         call archive%transfer(settings%attitude)
-         call archive%transfer(settings%in_space_axes)
-         if (.not. archive%is_whole()) return
+      !> Writes or reads the chosen method, and the data that it keeps between steps. Errors: those of its `prepare`.
+      subroutine transfer_method()
+         character(len=:), allocatable :: method, formulation, choice
+         associate (run => handle%run, settings => handle%run%summary%settings)
+            method = settings%method
+            formulation = settings%formulation
+            choice = trim(run%summary%choice)
+            call archive%transfer(method)
+            call archive%transfer(formulation)
+            call archive%transfer(choice)
+            call archive%transfer(settings%order)
+            call archive%transfer(settings%series_order)
+            call archive%transfer(settings%conserve)
+            call archive%transfer(settings%attitude)
+            call archive%transfer(settings%in_space_axes)
+            if (.not. archive%is_whole()) return
+            if (archive%is_reading()) then
+               settings%method = method
+               settings%formulation = formulation
+               run%summary%choice = choice
+               ! A stepper that has done nothing yet has not chosen its method.
+               if (method == AUTOMATIC_METHOD) return
+               call make_stepper(handle%system, settings, run%stepper, status)
+               if (status%ok() .and. run%keeps_dense_output) call run%stepper%keep_steps()
+            end if
+            if (ready .and. status%ok()) call run%stepper%transfer(archive)
+         end associate
+      end subroutine transfer_method
+
+      !> Writes or reads the present state, the run that has led to it, and the state of its events.
+      subroutine transfer_run()
+         type(integrator_settings_t) :: settings
+         type(run_plan_t) :: plan
+         type(state_t) :: state
+         logical :: has_events
+         integer :: i
+         do i = 1, handle%events%count()
+            call archive%expect('event '//trim(handle%events%slots(i)%item%name))
+         end do
+         call archive%expect('end of events')
+         has_events = allocated(handle%run%events)
+         call archive%transfer(has_events)
+         plan = handle%run%plan
+         call archive%transfer(plan%steps_before)
+         call archive%transfer(plan%time_step)
+         call archive%transfer(plan%goal%accuracy)
+         call archive%transfer(plan%goal%error_rate)
          if (archive%is_reading()) then
-            settings%method = method
-            settings%formulation = formulation
-            run%summary%choice = choice
-            ! A stepper that has done nothing yet has not chosen its method.
-            if (method == AUTOMATIC_METHOD) return
-            call make_stepper(handle%system, settings, run%stepper, status)
-            if (status%ok() .and. run%keeps_dense_output) call run%stepper%keep_steps()
+            if (.not. archive%is_whole()) return
+            state = handle%run%state
+            settings = handle%run%summary%settings
+            call start_run(handle%run%progress_t, handle%system%effects, state, plan, status)
+            handle%run%summary%settings = settings
+            if (has_events .and. status%ok()) then
+               allocate (handle%run%events)
+               call handle%run%events%begin(handle%events, handle%system, state, status)
+            end if
+            if (.not. status%ok()) return
          end if
-         if (ready .and. status%ok()) call run%stepper%transfer(archive)
-      end associate
-   end subroutine transfer_method
+         call archive%transfer(handle%run%t_first)
+         call transfer_progress(handle%run%progress_t, archive)
+      end subroutine transfer_run
 
-   !> Writes or reads the present state, the run that has led to it, and the state of its events.
-   subroutine transfer_run(handle, archive, status)
-      type(stepper_handle_t), intent(inout) :: handle
-      class(archive_t), intent(inout) :: archive
-      type(status_t), intent(inout) :: status
-      type(integrator_settings_t) :: settings
-      type(run_plan_t) :: plan
-      type(state_t) :: state
-      logical :: has_events
-      integer :: i
-      do i = 1, handle%events%count()
-         call archive%expect('event '//trim(handle%events%slots(i)%item%name))
-      end do
-      call archive%expect('end of events')
-      has_events = allocated(handle%run%events)
-      call archive%transfer(has_events)
-      plan = handle%run%plan
-      call archive%transfer(plan%steps_before)
-      call archive%transfer(plan%time_step)
-      call archive%transfer(plan%goal%accuracy)
-      call archive%transfer(plan%goal%error_rate)
-      if (archive%is_reading()) then
-         if (.not. archive%is_whole()) return
-         state = handle%run%state
-         settings = handle%run%summary%settings
-         call start_run(handle%run%progress_t, handle%system%effects, state, plan, status)
-         handle%run%summary%settings = settings
-         if (has_events .and. status%ok()) then
-            allocate (handle%run%events)
-            call handle%run%events%begin(handle%events, handle%system, state, status)
-         end if
-         if (.not. status%ok()) return
-      end if
-      call archive%transfer(handle%run%t_first)
-      call transfer_progress(handle%run%progress_t, archive)
-   end subroutine transfer_run
+      !> Returns the settings of a stepper that decide its steps, as text: numbers by their bits.
+      function settings_of() result(text)
+         character(len=:), allocatable :: text
+         character(len=200) :: line
+         associate (given => handle%run%requested, plan => handle%plan)
+            write (line, '(2(a,1x),3(i0,1x),2(l1,1x),6(z16,1x))') &
+               trim(given%method), trim(given%formulation), given%order, given%series_order, given%max_iterations, &
+               given%conserve, given%projection, &
+               transfer([given%inverse_auxiliary_inertia, given%tolerance, given%max_step, plan%time_step, &
+                         plan%goal%accuracy, plan%goal%local_tolerance], [0_long])
+         end associate
+         text = trim(line)
+      end function settings_of
+
+   end subroutine transfer_handle
 
 end module nutate_c_copies
