@@ -63,7 +63,6 @@ contains
       type(status_t) :: status
       type(page_t) :: page
       character(len=:), allocatable :: refusal
-
       call load_scene(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       scene%output%columns = usual_sets(scene)
@@ -76,43 +75,346 @@ contains
       if (exit_code /= EXIT_SUCCESS) return
       scene%integrator = run%summary%settings
       call page%line(printable_path(scene%file)//': '//scene%title)
-      call add_body(page, scene)
-      call add_start(page, scene)
-      call add_effects(page, scene)
-      if (scene%events%count() > 0) call add_events(page, scene)
+      call add_body()
+      call add_start()
+      call add_effects()
+      if (scene%events%count() > 0) call add_events()
       if (allocated(scene%fit%free)) call add_free_numbers(page, scene)
-      call add_method(page, scene, trim(run%summary%choice))
-      call add_invariants(page, scene)
-      call add_output(page, scene, refusal)
+      call add_method(trim(run%summary%choice))
+      call add_invariants()
+      call add_output()
       if (scene%ensemble%active()) call add_ensemble(page, scene%ensemble)
-      call add_notes(page, scene)
+      call add_notes()
       call show_page(page, STANDARD_OUTPUT, exit_code)
       if (refusal == '' .or. exit_code /= EXIT_SUCCESS) return
       call say_error('nutate: '//printable_path(scene%file)//': '//refusal, exit_code, EXIT_INPUT)
+
+   contains
+
+      subroutine add_body()
+         integer :: i
+         call page%line('body')
+         associate (body => whole_body(scene%system%body))
+            if (scene%shape /= '') call page%item('shape', scene%shape)
+            call page%item('principal moments', vector_text(body%moments)//' kg m^2, about the reference point')
+            if (any(abs(body%axes - diagonal([1.0_wp, 1.0_wp, 1.0_wp])) > 0.0_wp)) then
+               do i = 1, 3
+                  call page%item('  axis '//count_text(i), vector_text(body%axes(:, i)))
+               end do
+            end if
+            if (body%has_mass) call page%item('mass', rounded_text(body%mass)//' kg')
+            call page%item('centre of mass', vector_text(body%center_of_mass)//' m'// &
+                           trim(merge(', at t = 0: it moves by a table', repeat(' ', 31), &
+                                      scene%system%effects%moves_center)))
+            if (scene%system%effects%varies) call page%item('inertia', 'varies with time'// &
+               departure_text(scene%system%effects)//': the moments are those of t = 0, the centre of mass '// &
+               trim(merge('moves', 'stays', scene%system%effects%moves_center)))
+         end associate
+      end subroutine add_body
+
+      subroutine add_start()
+         real(wp) :: axis(3), angle, omega(3), kinetic, potential
+         call page%line('start')
+         call add_labels()
+         associate (system => scene%system, state => scene%initial)
+            call axis_angle_from_quat(state%q, axis, angle)
+            call page%item('attitude', 'q = '//vector_text(state%q))
+            if (angle > 0.0_wp) call page%item('', 'rotated by '//rounded_text(angle)//' rad about '//vector_text(axis))
+            omega = angular_velocity(system, state)
+            call page%item('angular velocity', vector_text(omega)//' rad/s in body axes, '// &
+                           rate_text(norm2(omega))//' in all')
+            if (gives_rate_in_degrees()) call page%item('', 'given in deg/s, by degrees = .true.')
+            call page%item('angular momentum', vector_text(space_momentum(state))//' N m s in space axes')
+            call add_tumbling(system, state)
+            call add_periodic(page, scene%periodic)
+            kinetic = kinetic_energy(system, state, scene%integrator%inverse_auxiliary_inertia)
+            potential = potential_energy(system%effects, state%q, state%t)
+            call page%item('energy', rounded_text(kinetic + potential)//' J: kinetic '//rounded_text(kinetic)// &
+                           ', potential '//rounded_text(potential))
+         end associate
+      end subroutine add_start
+
+      !> Returns true if the scene gives its angular velocity in degrees per second.
+      pure logical function gives_rate_in_degrees() result(gives)
+         integer :: i
+         i = findloc(scene%groups%name, 'initial', dim=1)
+         gives = scene%groups(i)%flag('degrees', .false.) .and. &
+                 (scene%groups(i)%has('angular_velocity') .or. scene%groups(i)%has('euler_rates'))
+      end function gives_rate_in_degrees
+
+      !> Adds the epoch, the object, the names of space and body axes, and the frames.
+      subroutine add_labels()
+         type(epoch_t) :: last
+         integer :: i
+         associate (labels => scene%labels)
+            if (labels%epoch%is_set()) then
+               last = labels%epoch%after(scene%plan%end_time)
+               call page%item('epoch', 't = 0 at '//labels%epoch%text()//' '//trim(labels%epoch%system)// &
+                              ', end at '//last%text())
+            end if
+            if (labels%object//labels%object_id /= '') call page%item('object', labels%object// &
+               merge(', ', '  ', min(len(labels%object), len(labels%object_id)) > 0)//labels%object_id)
+            call add_space_axes(page, scene)
+            if (labels%body_frame /= '') call page%item('body axes', labels%body_frame)
+            do i = 1, scene%system%effects%n_frames
+               call page%item('frame '//count_text(i), frame_text(i))
+            end do
+         end associate
+      end subroutine add_labels
+
+      !> Returns the attitude of a frame in words: its file, number of records and time range.
+      pure function frame_text(number) result(text)
+         integer, intent(in) :: number
+         character(len=:), allocatable :: text
+         integer :: i, n
+         n = 0
+         text = ''
+         do i = 1, size(scene%groups)
+            if (scene%groups(i)%name /= 'frame') cycle
+            n = n + 1
+            if (n == number) text = trim(scene%groups(i)%text('attitude', ''))
+         end do
+         associate (frame => scene%system%effects%frames(number))
+            text = 'attitude of '//printable_path(text)//', '//plural(size(frame%t, kind=long), 'record')//' from '// &
+                   rounded_text(frame%t(1))//' to '//rounded_text(frame%t(size(frame%t)))//' s'// &
+                   trim(merge(', with rates', '            ', allocated(frame%omega)))
+         end associate
+      end function frame_text
+
+      !> Adds the tumbling elements of a free triaxial body.
+      subroutine add_tumbling(system, state)
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         type(tumbling_t) :: elements
+         type(tumbling_start_t) :: start
+         character(len=:), allocatable :: axis
+         real(wp) :: l(3)
+         associate (effects => system%effects, moments => system%body%moments)
+            if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. &
+               effects%frame_turns) &
+               return
+            l = space_momentum(state)
+            if (.not. (norm2(l) > 0.0_wp .and. abs(moments(1) - moments(2)) > 0.0_wp .and. &
+                       abs(moments(2) - moments(3)) > 0.0_wp .and. abs(moments(3) - moments(1)) > 0.0_wp)) return
+            elements = tumbling_elements(moments, matmul(body_momentum(state), system%body%axes))
+            start = tumbling_start(moments, system%body%axes, state%q, angular_velocity(system, state))
+         end associate
+         axis = trim(merge('short axis', 'long axis ', elements%is_short_axis))
+         call page%item('tumbling', trim(merge('short-axis mode', 'long-axis mode ', elements%is_short_axis))// &
+                        ', E/E0 = '//digits(elements%energy_ratio))
+         call page%item('  sense', trim(merge('negative', 'positive', elements%is_negative))//' about the '//axis)
+         call page%item('  rotation', 'period '//digits(elements%rotation)//' s, phase '//digits(start%phase))
+         call page%item('  precession', 'period '//digits(elements%precession_short)//' s of the short axis, '// &
+                        digits(elements%precession_long)//' s of the long axis')
+         call page%item('  angle', digits(start%angle)//' rad of the '//axis)
+         call page%item('  pole', 'longitude '//digits(start%pole(1))//' rad, latitude '//digits(start%pole(2))// &
+                        ' rad in space axes')
+      end subroutine add_tumbling
+
+      !> Adds every event.
+      subroutine add_events()
+         integer :: i
+         call page%line('events')
+         do i = 1, scene%events%count()
+            associate (event => scene%events%slots(i)%item)
+               call page%item("'"//trim(event%name)//"'", event_text(event))
+            end associate
+         end do
+      end subroutine add_events
+
+      !> Adds every effect, as the scene gives it; nothing else is simulated.
+      subroutine add_effects()
+         type(effect_kind_t), allocatable :: kinds(:)
+         logical :: is_free
+         integer :: i, k
+
+         call page%line('effects')
+         allocate (kinds, source=effect_kinds())
+         is_free = .true.
+         do i = 1, size(scene%groups)
+            do k = 1, size(kinds)
+               if (kinds(k)%group%name /= scene%groups(i)%name) cycle
+               call page%item(trim(scene%groups(i)%name), settings_text(scene%groups(i), kinds(k)%group%keys)// &
+                              controller_text(scene, scene%groups(i))//switch_text(scene%groups(i)))
+               if (scene%groups(i)%name == 'orbit') call add_orbit(scene%groups(i))
+               is_free = .false.
+            end do
+         end do
+         if (is_free .and. .not. scene%system%effects%varies) call page%item('none', 'torque-free rigid body')
+         if (is_free .and. scene%system%effects%varies) call page%item('none', 'but the change of the inertia')
+      end subroutine add_effects
+
+      !> Adds period, distance and speed of an orbit.
+      subroutine add_orbit(group)
+         type(group_t), intent(in) :: group
+         character(len=:), allocatable :: text
+         integer :: i
+         if (.not. scene%system%effects%on_orbit) return
+         associate (orbits => scene%system%effects%orbits)
+            i = findloc(orbits%label == group%text('name', ''), .true., dim=1)
+            if (i == 0) return
+            associate (path => orbits(i)%path)
+               text = 'at t = 0: distance '//rounded_text(path%radius(0.0_wp)/1e3_wp, 6)//' km, speed '// &
+                      rounded_text(norm2(path%velocity(0.0_wp))/1e3_wp, 6)//' km/s'
+               if (.not. allocated(path%track) .and. path%eccentricity < 1) &
+                  text = text//'; period '//rounded_text(2*pi/path%mean_motion(), 6)//' s'
+            end associate
+         end associate
+         call page%item('', text)
+      end subroutine add_orbit
+
+      subroutine add_method(choice)
+         !> Reason for the choice of the method; blank if the scene names the method.
+         character(len=*), intent(in) :: choice
+         type(lvlh_view_t) :: view
+         real(wp) :: turn
+         call page%line('integration')
+         associate (settings => scene%integrator, plan => scene%plan)
+            call page%item('method', method_text(settings))
+            if (choice /= '') call page%item('  chosen by auto', choice)
+            call page%item('in each step', equations_of(settings))
+            call view%prepare(scene%system)
+            if (view%exists .and. settings%attitude .and. .not. settings%in_space_axes) &
+               call page%item('axes of steps', 'LVLH frame, where all effects are constant')
+            if (settings%inverse_auxiliary_inertia > 0.0_wp) then
+               call page%item('auxiliary inertia', rounded_text(1/settings%inverse_auxiliary_inertia)//' kg m^2')
+            else
+               call page%item('auxiliary inertia', 'infinite')
+            end if
+            if (.not. settings%projection) call page%item('projection', 'switched off')
+            if (plan%goal%active()) then
+               call page%item('steps', steps_text(plan, settings%order, scene%events%count() > 0))
+               if (settings%max_step < huge(1.0_wp)) &
+                  call page%item('', 'of at most '//rounded_text(settings%max_step)//' s each')
+               return
+            end if
+            call page%item('steps', count_text(count_steps(scene%initial%t, plan))//' of '// &
+                           rounded_text(plan%time_step)//' s, to t = '//rounded_text(plan%end_time)//' s')
+            turn = abs(plan%time_step)*norm2(angular_velocity(scene%system, scene%initial))
+            call page%item('turn in a step', rounded_text(turn, 3)//' rad at the start')
+         end associate
+      end subroutine add_method
+
+      !> Adds the invariants that the run should conserve.
+      subroutine add_invariants()
+         type(invariants_t) :: invariants
+         character(len=:), allocatable :: kept
+         kept = 'energy'
+         if (scene%system%effects%frame_turns) kept = 'T + V - omega.l'
+         call invariants%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
+                               scene%integrator%attitude)
+         call page%line('invariants')
+         if (scene%system%effects%n_works() > 0) then
+            call page%item(kept, 'changes by the work of '//workers(scene%system%effects)//' alone')
+         else
+            call page%item(kept, 'conserved')
+         end if
+         call page%item('space momentum', kept_momentum(invariants, scene%system%effects))
+         if (.not. scene%integrator%attitude) then
+            call page%item('constraints', 'none: the attitude is not integrated')
+         else if (scene%integrator%projection) then
+            call page%item('constraints', 'unit norm of q, and q.p = 0')
+         else
+            call page%item('constraints', 'not enforced without projection')
+         end if
+      end subroutine add_invariants
+
+      subroutine add_output()
+         type(columns_t) :: columns
+         type(status_t) :: status
+         character(len=:), allocatable :: header
+         integer(long) :: n, rows
+         call page%line('output')
+         call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects, &
+                             scene%propagated())
+         header = columns%header()
+         if (scene%output%epoch%is_set()) header = 't,date'//header(2:)
+         if (status%ok()) call page%item('columns', header)
+         if (scene%chaos%exponents > 0) call page%item('summary', trim(merge( &
+            'largest Lyapunov exponent', 'all Lyapunov exponents   ', scene%chaos%exponents == 1))//', MEGNO, FLI')
+         refusal = ''
+         if (scene%plan%goal%active()) then
+            call add_expected_rows()
+            return
+         end if
+         n = count_steps(scene%initial%t, scene%plan)
+         rows = rows_of(scene, n)
+         call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
+         if (allocated(scene%plan%times)) then
+            call page%item('rows', count_text(rows)//', at the times given')
+         else if (scene%plan%every == 1) then
+            call page%item('rows', count_text(rows)//', one for each step')
+         else
+            call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
+         end if
+         if (rows > most_rows(scene)) refusal = too_many_rows(scene, rows)
+      end subroutine add_output
+
+      !> Adds steps, rows and size of a run with adaptive steps, found as `run` would find them.
+      subroutine add_expected_rows()
+         type(run_t) :: run
+         type(run_plan_t) :: plan
+         type(status_t) :: status
+         type(timekeeper_t) :: timekeeper
+         integer(long) :: steps, rows, rate
+         call system_clock(timekeeper%deadline, rate)
+         timekeeper%deadline = timekeeper%deadline + int(patience*real(rate, wp), long)
+         plan = scene%plan
+         plan%interval = 0.0_wp
+         if (allocated(plan%times)) deallocate (plan%times)
+         plan%every = huge(plan%every)
+         call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
+         if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
+         steps = known_steps(scene, run)
+         rows = rows_of(scene, steps)
+         if (steps < 0 .and. status%ok()) then
+            call run%run_to_end(scene%system, status, timekeeper)
+            if (status%ok()) steps = run%summary%steps
+         end if
+         rows = rows_of(scene, steps)
+         if (rows >= 0) then
+            call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
+         else
+            call page%item('file', printable_path(scene%output%file))
+         end if
+         if (status%code == NUTATE_STOPPED) then
+            call page%item('steps', 'too many to determine here')
+         else if (.not. status%ok()) then
+            call page%item('steps', 'none: '//trim(status%message))
+         else if (steps >= 0 .and. run%summary%settings%order < 1) then
+            call page%item('steps', count_text(steps)//' of the closed solution')
+         else if (steps >= 0) then
+            call page%item('steps', 'about '//count_text(steps))
+         end if
+         if (allocated(scene%plan%times)) then
+            call page%item('rows', count_text(rows)//', at the times given')
+         else if (scene%plan%interval > 0.0_wp) then
+            call page%item('rows', count_text(rows)//', one every '//rounded_text(scene%plan%interval)//' s')
+         else if (rows >= 0 .and. status%ok()) then
+            call page%item('rows', 'about '//count_text(rows))
+         end if
+         if (run%summary%estimate > scene%plan%goal%accuracy .and. scene%plan%goal%accuracy > 0.0_wp) &
+            call page%item('accuracy', 'not attainable; best: '//rounded_text(run%summary%estimate, 3)//' rad')
+      end subroutine add_expected_rows
+
+      subroutine add_notes()
+         type(note_t), allocatable :: notes(:)
+         integer :: i
+         call collect_notes(scene, notes)
+         if (size(notes) > 0) call page%line('notes')
+         do i = 1, size(notes)
+            call page%line('  '//notes(i)%text)
+         end do
+      end subroutine add_notes
+
    end subroutine check_command
 
-   subroutine add_body(page, scene)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      integer :: i
-      call page%line('body')
-      associate (body => whole_body(scene%system%body))
-         if (scene%shape /= '') call page%item('shape', scene%shape)
-         call page%item('principal moments', vector_text(body%moments)//' kg m^2, about the reference point')
-         if (any(abs(body%axes - diagonal([1.0_wp, 1.0_wp, 1.0_wp])) > 0.0_wp)) then
-            do i = 1, 3
-               call page%item('  axis '//count_text(i), vector_text(body%axes(:, i)))
-            end do
-         end if
-         if (body%has_mass) call page%item('mass', rounded_text(body%mass)//' kg')
-         call page%item('centre of mass', vector_text(body%center_of_mass)//' m'// &
-                        trim(merge(', at t = 0: it moves by a table', repeat(' ', 31), &
-                                   scene%system%effects%moves_center)))
-         if (scene%system%effects%varies) call page%item('inertia', 'varies with time'// &
-            departure_text(scene%system%effects)//': the moments are those of t = 0, the centre of mass '// &
-            trim(merge('moves', 'stays', scene%system%effects%moves_center)))
-      end associate
-   end subroutine add_body
+   !> Returns a number with so many digits that the printed elements give the motion to 1e-8.
+   function digits(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      text = rounded_text(x, 10)
+   end function digits
 
    !> Returns ` as mass leaves` if mass leaves the body; else an empty string.
    pure function departure_text(effects) result(text)
@@ -126,179 +428,6 @@ contains
          end associate
       end do
    end function departure_text
-
-   subroutine add_start(page, scene)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      real(wp) :: axis(3), angle, omega(3), kinetic, potential
-      call page%line('start')
-      call add_labels(page, scene)
-      associate (system => scene%system, state => scene%initial)
-         call axis_angle_from_quat(state%q, axis, angle)
-         call page%item('attitude', 'q = '//vector_text(state%q))
-         if (angle > 0.0_wp) call page%item('', 'rotated by '//rounded_text(angle)//' rad about '//vector_text(axis))
-         omega = angular_velocity(system, state)
-         call page%item('angular velocity', vector_text(omega)//' rad/s in body axes, '// &
-                        rate_text(norm2(omega))//' in all')
-         if (gives_rate_in_degrees(scene)) call page%item('', 'given in deg/s, by degrees = .true.')
-         call page%item('angular momentum', vector_text(space_momentum(state))//' N m s in space axes')
-         call add_tumbling(page, system, state)
-         call add_periodic(page, scene%periodic)
-         kinetic = kinetic_energy(system, state, scene%integrator%inverse_auxiliary_inertia)
-         potential = potential_energy(system%effects, state%q, state%t)
-         call page%item('energy', rounded_text(kinetic + potential)//' J: kinetic '//rounded_text(kinetic)// &
-                        ', potential '//rounded_text(potential))
-      end associate
-   end subroutine add_start
-
-   !> Returns true if the scene gives its angular velocity in degrees per second.
-   pure logical function gives_rate_in_degrees(scene) result(gives)
-      type(scene_t), intent(in) :: scene
-      integer :: i
-      i = findloc(scene%groups%name, 'initial', dim=1)
-      gives = scene%groups(i)%flag('degrees', .false.) .and. &
-              (scene%groups(i)%has('angular_velocity') .or. scene%groups(i)%has('euler_rates'))
-   end function gives_rate_in_degrees
-
-   !> Adds the epoch, the object, the names of space and body axes, and the frames.
-   subroutine add_labels(page, scene)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      type(epoch_t) :: last
-      integer :: i
-      associate (labels => scene%labels)
-         if (labels%epoch%is_set()) then
-            last = labels%epoch%after(scene%plan%end_time)
-            call page%item('epoch', 't = 0 at '//labels%epoch%text()//' '//trim(labels%epoch%system)// &
-                           ', end at '//last%text())
-         end if
-         if (labels%object//labels%object_id /= '') call page%item('object', labels%object// &
-            merge(', ', '  ', min(len(labels%object), len(labels%object_id)) > 0)//labels%object_id)
-         call add_space_axes(page, scene)
-         if (labels%body_frame /= '') call page%item('body axes', labels%body_frame)
-         do i = 1, scene%system%effects%n_frames
-            call page%item('frame '//count_text(i), frame_text(scene, i))
-         end do
-      end associate
-   end subroutine add_labels
-
-   !> Returns the attitude of a frame in words: its file, number of records and time range.
-   pure function frame_text(scene, number) result(text)
-      type(scene_t), intent(in) :: scene
-      integer, intent(in) :: number
-      character(len=:), allocatable :: text
-      integer :: i, n
-      n = 0
-      text = ''
-      do i = 1, size(scene%groups)
-         if (scene%groups(i)%name /= 'frame') cycle
-         n = n + 1
-         if (n == number) text = trim(scene%groups(i)%text('attitude', ''))
-      end do
-      associate (frame => scene%system%effects%frames(number))
-         text = 'attitude of '//printable_path(text)//', '//plural(size(frame%t, kind=long), 'record')//' from '// &
-                rounded_text(frame%t(1))//' to '//rounded_text(frame%t(size(frame%t)))//' s'// &
-                trim(merge(', with rates', '            ', allocated(frame%omega)))
-      end associate
-   end function frame_text
-
-   !> Adds the tumbling elements of a free triaxial body.
-   subroutine add_tumbling(page, system, state)
-      type(page_t), intent(inout) :: page
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(tumbling_t) :: elements
-      type(tumbling_start_t) :: start
-      character(len=:), allocatable :: axis
-      real(wp) :: l(3)
-      associate (effects => system%effects, moments => system%body%moments)
-         if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. effects%frame_turns) &
-            return
-         l = space_momentum(state)
-         if (.not. (norm2(l) > 0.0_wp .and. abs(moments(1) - moments(2)) > 0.0_wp .and. &
-                    abs(moments(2) - moments(3)) > 0.0_wp .and. abs(moments(3) - moments(1)) > 0.0_wp)) return
-         elements = tumbling_elements(moments, matmul(body_momentum(state), system%body%axes))
-         start = tumbling_start(moments, system%body%axes, state%q, angular_velocity(system, state))
-      end associate
-      axis = trim(merge('short axis', 'long axis ', elements%is_short_axis))
-      call page%item('tumbling', trim(merge('short-axis mode', 'long-axis mode ', elements%is_short_axis))// &
-                     ', E/E0 = '//digits(elements%energy_ratio))
-      call page%item('  sense', trim(merge('negative', 'positive', elements%is_negative))//' about the '//axis)
-      call page%item('  rotation', 'period '//digits(elements%rotation)//' s, phase '//digits(start%phase))
-      call page%item('  precession', 'period '//digits(elements%precession_short)//' s of the short axis, '// &
-                     digits(elements%precession_long)//' s of the long axis')
-      call page%item('  angle', digits(start%angle)//' rad of the '//axis)
-      call page%item('  pole', 'longitude '//digits(start%pole(1))//' rad, latitude '//digits(start%pole(2))// &
-                     ' rad in space axes')
-
-   contains
-
-      !> Returns a number with so many digits that the printed elements give the motion to 1e-8.
-      function digits(x) result(text)
-         real(wp), intent(in) :: x
-         character(len=:), allocatable :: text
-         text = rounded_text(x, 10)
-      end function digits
-
-   end subroutine add_tumbling
-
-   !> Adds every event.
-   subroutine add_events(page, scene)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      integer :: i
-      call page%line('events')
-      do i = 1, scene%events%count()
-         associate (event => scene%events%slots(i)%item)
-            call page%item("'"//trim(event%name)//"'", event_text(event))
-         end associate
-      end do
-   end subroutine add_events
-
-   !> Adds every effect, as the scene gives it; nothing else is simulated.
-   subroutine add_effects(page, scene)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      type(effect_kind_t), allocatable :: kinds(:)
-      logical :: is_free
-      integer :: i, k
-
-      call page%line('effects')
-      allocate (kinds, source=effect_kinds())
-      is_free = .true.
-      do i = 1, size(scene%groups)
-         do k = 1, size(kinds)
-            if (kinds(k)%group%name /= scene%groups(i)%name) cycle
-            call page%item(trim(scene%groups(i)%name), settings_text(scene%groups(i), kinds(k)%group%keys)// &
-                           controller_text(scene, scene%groups(i))//switch_text(scene%groups(i)))
-            if (scene%groups(i)%name == 'orbit') call add_orbit(page, scene, scene%groups(i))
-            is_free = .false.
-         end do
-      end do
-      if (is_free .and. .not. scene%system%effects%varies) call page%item('none', 'torque-free rigid body')
-      if (is_free .and. scene%system%effects%varies) call page%item('none', 'but the change of the inertia')
-   end subroutine add_effects
-
-   !> Adds period, distance and speed of an orbit.
-   subroutine add_orbit(page, scene, group)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      type(group_t), intent(in) :: group
-      character(len=:), allocatable :: text
-      integer :: i
-      if (.not. scene%system%effects%on_orbit) return
-      associate (orbits => scene%system%effects%orbits)
-         i = findloc(orbits%label == group%text('name', ''), .true., dim=1)
-         if (i == 0) return
-         associate (path => orbits(i)%path)
-            text = 'at t = 0: distance '//rounded_text(path%radius(0.0_wp)/1e3_wp, 6)//' km, speed '// &
-                   rounded_text(norm2(path%velocity(0.0_wp))/1e3_wp, 6)//' km/s'
-            if (.not. allocated(path%track) .and. path%eccentricity < 1) &
-               text = text//'; period '//rounded_text(2*pi/path%mean_motion(), 6)//' s'
-         end associate
-      end associate
-      call page%item('', text)
-   end subroutine add_orbit
 
    !> Returns the settings of a group, then the defaults of missing keys: `key = values; key = values (default)`.
    pure function settings_text(group, keys) result(text)
@@ -381,41 +510,6 @@ contains
       end associate
    end function takes_default
 
-   subroutine add_method(page, scene, choice)
-      type(page_t), intent(inout) :: page
-      !> Scene with complete settings of the integrator.
-      type(scene_t), intent(in) :: scene
-      !> Reason for the choice of the method; blank if the scene names the method.
-      character(len=*), intent(in) :: choice
-      type(lvlh_view_t) :: view
-      real(wp) :: turn
-      call page%line('integration')
-      associate (settings => scene%integrator, plan => scene%plan)
-         call page%item('method', method_text(settings))
-         if (choice /= '') call page%item('  chosen by auto', choice)
-         call page%item('in each step', equations_of(settings))
-         call view%prepare(scene%system)
-         if (view%exists .and. settings%attitude .and. .not. settings%in_space_axes) &
-            call page%item('axes of steps', 'LVLH frame, where all effects are constant')
-         if (settings%inverse_auxiliary_inertia > 0.0_wp) then
-            call page%item('auxiliary inertia', rounded_text(1/settings%inverse_auxiliary_inertia)//' kg m^2')
-         else
-            call page%item('auxiliary inertia', 'infinite')
-         end if
-         if (.not. settings%projection) call page%item('projection', 'switched off')
-         if (plan%goal%active()) then
-            call page%item('steps', steps_text(plan, settings%order, scene%events%count() > 0))
-            if (settings%max_step < huge(1.0_wp)) &
-               call page%item('', 'of at most '//rounded_text(settings%max_step)//' s each')
-            return
-         end if
-         call page%item('steps', count_text(count_steps(scene%initial%t, plan))//' of '// &
-                        rounded_text(plan%time_step)//' s, to t = '//rounded_text(plan%end_time)//' s')
-         turn = abs(plan%time_step)*norm2(angular_velocity(scene%system, scene%initial))
-         call page%item('turn in a step', rounded_text(turn, 3)//' rad at the start')
-      end associate
-   end subroutine add_method
-
    !> Returns the method, with its order if it has one.
    function method_text(settings) result(text)
       type(integrator_settings_t), intent(in) :: settings
@@ -457,116 +551,6 @@ contains
       if (effects%varies) text = 'torques, time-dependent potentials and the change of the inertia'
    end function workers
 
-   !> Adds the invariants that the run should conserve.
-   subroutine add_invariants(page, scene)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      type(invariants_t) :: invariants
-      character(len=:), allocatable :: kept
-      kept = 'energy'
-      if (scene%system%effects%frame_turns) kept = 'T + V - omega.l'
-      call invariants%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
-                            scene%integrator%attitude)
-      call page%line('invariants')
-      if (scene%system%effects%n_works() > 0) then
-         call page%item(kept, 'changes by the work of '//workers(scene%system%effects)//' alone')
-      else
-         call page%item(kept, 'conserved')
-      end if
-      call page%item('space momentum', kept_momentum(invariants, scene%system%effects))
-      if (.not. scene%integrator%attitude) then
-         call page%item('constraints', 'none: the attitude is not integrated')
-      else if (scene%integrator%projection) then
-         call page%item('constraints', 'unit norm of q, and q.p = 0')
-      else
-         call page%item('constraints', 'not enforced without projection')
-      end if
-   end subroutine add_invariants
-
-   subroutine add_output(page, scene, refusal)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      !> Reason why `run` would reject the number of rows; empty if it would not.
-      character(len=:), allocatable, intent(out) :: refusal
-      type(columns_t) :: columns
-      type(status_t) :: status
-      character(len=:), allocatable :: header
-      integer(long) :: n, rows
-      call page%line('output')
-      call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects, &
-                          scene%propagated())
-      header = columns%header()
-      if (scene%output%epoch%is_set()) header = 't,date'//header(2:)
-      if (status%ok()) call page%item('columns', header)
-      if (scene%chaos%exponents > 0) call page%item('summary', trim(merge( &
-         'largest Lyapunov exponent', 'all Lyapunov exponents   ', scene%chaos%exponents == 1))//', MEGNO, FLI')
-      refusal = ''
-      if (scene%plan%goal%active()) then
-         call add_expected_rows(page, scene)
-         return
-      end if
-      n = count_steps(scene%initial%t, scene%plan)
-      rows = rows_of(scene, n)
-      call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
-      if (allocated(scene%plan%times)) then
-         call page%item('rows', count_text(rows)//', at the times given')
-      else if (scene%plan%every == 1) then
-         call page%item('rows', count_text(rows)//', one for each step')
-      else
-         call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
-      end if
-      if (rows > most_rows(scene)) refusal = too_many_rows(scene, rows)
-   end subroutine add_output
-
-   !> Adds steps, rows and size of a run with adaptive steps, found as `run` would find them.
-   subroutine add_expected_rows(page, scene)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      type(run_t) :: run
-      type(run_plan_t) :: plan
-      type(status_t) :: status
-      type(timekeeper_t) :: timekeeper
-      integer(long) :: steps, rows, rate
-      call system_clock(timekeeper%deadline, rate)
-      timekeeper%deadline = timekeeper%deadline + int(patience*real(rate, wp), long)
-      plan = scene%plan
-      plan%interval = 0.0_wp
-      if (allocated(plan%times)) deallocate (plan%times)
-      plan%every = huge(plan%every)
-      call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
-      if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
-      steps = known_steps(scene, run)
-      rows = rows_of(scene, steps)
-      if (steps < 0 .and. status%ok()) then
-         call run%run_to_end(scene%system, status, timekeeper)
-         if (status%ok()) steps = run%summary%steps
-      end if
-      rows = rows_of(scene, steps)
-      if (rows >= 0) then
-         call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
-      else
-         call page%item('file', printable_path(scene%output%file))
-      end if
-      if (status%code == NUTATE_STOPPED) then
-         call page%item('steps', 'too many to determine here')
-      else if (.not. status%ok()) then
-         call page%item('steps', 'none: '//trim(status%message))
-      else if (steps >= 0 .and. run%summary%settings%order < 1) then
-         call page%item('steps', count_text(steps)//' of the closed solution')
-      else if (steps >= 0) then
-         call page%item('steps', 'about '//count_text(steps))
-      end if
-      if (allocated(scene%plan%times)) then
-         call page%item('rows', count_text(rows)//', at the times given')
-      else if (scene%plan%interval > 0.0_wp) then
-         call page%item('rows', count_text(rows)//', one every '//rounded_text(scene%plan%interval)//' s')
-      else if (rows >= 0 .and. status%ok()) then
-         call page%item('rows', 'about '//count_text(rows))
-      end if
-      if (run%summary%estimate > scene%plan%goal%accuracy .and. scene%plan%goal%accuracy > 0.0_wp) &
-         call page%item('accuracy', 'not attainable; best: '//rounded_text(run%summary%estimate, 3)//' rad')
-   end subroutine add_expected_rows
-
    !> Ends the run after the deadline.
    subroutine poll_clock(self, fraction, status)
       class(timekeeper_t), intent(inout) :: self
@@ -576,18 +560,6 @@ contains
       call system_clock(now)
       if (now > self%deadline) status = fail(NUTATE_STOPPED, 'it would take too long')
    end subroutine poll_clock
-
-   subroutine add_notes(page, scene)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      type(note_t), allocatable :: notes(:)
-      integer :: i
-      call collect_notes(scene, notes)
-      if (size(notes) > 0) call page%line('notes')
-      do i = 1, size(notes)
-         call page%line('  '//notes(i)%text)
-      end do
-   end subroutine add_notes
 
    !> Returns an event in words, such as `omega3 crosses 0, falling; ends the run`.
    function event_text(event) result(text)

@@ -222,7 +222,7 @@ contains
             exit
          end if
          if (index(arguments(i)%text, '-') == 1 .and. len(arguments(i)%text) > 1) then
-            call parse_option(arguments, i, given, command)
+            call parse_option()
          else
             is_word(i) = .true.
          end if
@@ -232,8 +232,305 @@ contains
       if (given(option_number('--version'))) then
          command%verb = 'version'
       else if (size(arguments) > 0) then
-         call parse_words(pack(arguments, is_word), given, command)
+         call parse_words(pack(arguments, is_word))
       end if
+
+   contains
+
+      !> Parses an option, `--name=value` or `--name value`, and advances over a separate value.
+      subroutine parse_option()
+         character(len=:), allocatable :: name, value
+         integer :: equals, n
+         logical :: has_value
+
+         equals = index(arguments(i)%text, '=')
+         has_value = equals > 0
+         name = arguments(i)%text
+         value = ''
+         if (has_value) value = name(equals + 1:)
+         if (has_value) name = name(1:equals - 1)
+         if (name == '-h') name = '--help'
+         if (name == '-o') name = '--output'
+         n = option_number(name, arguments(1)%text)
+         if (n == 0) then
+            command%error = 'unknown option '//quoted(name)//hint(nearest_name(name, options%name))
+         else if (options(n)%value == '') then
+            if (has_value) command%error = name//' takes no value'
+         else if (.not. has_value) then
+            if (i < size(arguments)) then
+               i = i + 1
+               value = arguments(i)%text
+            else
+               command%error = name//' needs a value ('//name//' '//trim(options(n)%value)//')'
+            end if
+         end if
+         if (allocated(command%error)) return
+         if (given(n) .and. options(n)%value /= '' .and. all(name /= ['--set  ', '--unset'])) &
+            command%error = name//' is given twice'
+         given(n) = .true.
+         call set_value(name, value, options(n)%value /= '')
+      end subroutine parse_option
+
+      !> Stores the value of an option.
+      subroutine set_value(name, value, has_value)
+         character(len=*), intent(in) :: name, value
+         !> True if the option has a value.
+         logical, intent(in) :: has_value
+         integer(long) :: count
+         select case (name)
+         case ('--output')
+            command%output = value
+            if (value == '') command%error = '--output needs the name of a file, or - for standard output'
+         case ('--set')
+            command%overrides = [character(len=len(command%overrides)) :: command%overrides, value]
+            if (index(value, '-') == 1) &
+               command%error = '--set '//quoted(value)//' is not a setting (expected GROUP.KEY=VALUE)'
+         case ('--unset')
+            command%overrides = [character(len=len(command%overrides)) :: command%overrides, '-'//value]
+         case ('--csv')
+            command%csv = value
+            if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
+         case ('--plot', '--columns', '--title', '--residuals', '--xy', '--path', '--from')
+            call set_drawing(name, value)
+         case ('--scene', '--aem', '--aem-version', '--gltf', '--speed', '--error')
+            call set_export(name, value)
+         case ('--json', '--period', '--equilibria', '--relative-rates')
+            call set_linear(name, value)
+         case ('--seconds', '--evaluations', '--max-steps', '--max-rows')
+            call set_budget(name, value)
+         case ('--checkpoint')
+            command%checkpoint = value
+            if (value == '') command%error = '--checkpoint needs the name of a file'
+         case ('--every-seconds')
+            call set_number(name, value, 0.0_wp, 1e6_wp, 'not a time (expected 0 to 1e6 s)', command%every_seconds, &
+                            command%error)
+         case ('--resume')
+            if (.not. has_value) then
+               command%goes_on = .true.
+            else
+               command%resume = value
+               if (value == '') command%error = '--resume needs the name of a file'
+            end if
+         case ('--members')
+            call set_members(value)
+         case ('--member')
+            call set_count(name, value, 'the number of a member', command%member, command%error)
+         case ('--threads')
+            call set_count(name, value, 'a number of threads', count, command%error)
+            command%threads = int(min(count, 4096_long))
+         case ('--merge')
+            command%merges = .true.
+         case ('--all')
+            command%draws_all = .true.
+         case ('--quiet')
+            command%quiet = .true.
+         case default
+            ! The other options have no value to store.
+            continue
+         end select
+      end subroutine set_value
+
+      !> Stores the budget of a work-precision study, or a limit of steps or rows.
+      subroutine set_budget(name, value)
+         !> Option and its value.
+         character(len=*), intent(in) :: name, value
+         select case (name)
+         case ('--seconds')
+            call set_number(name, value, 0.1_wp, 1e6_wp, 'not a time (expected 0.1 to 1e6 s)', command%seconds, &
+                            command%error)
+         case ('--evaluations')
+            call set_count(name, value, 'a number of evaluations', command%evaluations, command%error)
+         case ('--max-steps')
+            call set_count(name, value, 'a number of steps', command%max_steps, command%error)
+         case default
+            call set_count(name, value, 'a number of rows', command%max_rows, command%error)
+         end select
+      end subroutine set_budget
+
+      !> Stores an option of `nutate linearize`: the period, what is linearised, or the JSON file.
+      subroutine set_linear(name, value)
+         !> Option and its value.
+         character(len=*), intent(in) :: name, value
+         if (name == '--equilibria') then
+            command%equilibria = .true.
+         else if (name == '--relative-rates') then
+            command%relative_rates = .true.
+         else if (name == '--json') then
+            command%json = value
+            if (value == '') command%error = '--json needs the name of a file, or - for standard output'
+         else if (value == 'orbit') then
+            command%period = -1.0_wp
+         else
+            call set_number(name, value, 1e-9_wp, 1e15_wp, 'out of its range (expected 1e-9 to 1e15 s, or orbit)', &
+                            command%period, command%error)
+         end if
+      end subroutine set_linear
+
+      !> Stores an option of a picture or of an animation.
+      subroutine set_drawing(name, value)
+         !> Option and its value.
+         character(len=*), intent(in) :: name, value
+         !> Body axes by their number, and 4 added to it.
+         character(len=2), parameter :: axes(7) = ['-3', '-2', '-1', '  ', '1 ', '2 ', '3 ']
+         real(wp) :: time
+         select case (name)
+         case ('--plot')
+            command%plot = value
+            if (.not. is_picture(value)) command%error = '--plot '// &
+               quoted(value)//' is not a picture file (expected the name '// &
+                                                         'of a file in .svg, .png or .pdf)'
+         case ('--columns')
+            command%columns = value
+            if (value == '') command%error = '--columns needs names of columns (--columns energy,omega3)'
+         case ('--from')
+            command%begin = value
+            call set_number(name, value, -huge(1.0_wp), huge(1.0_wp), 'not a time (expected seconds)', time, &
+               command%error)
+         case ('--residuals')
+            command%residuals = .true.
+         case ('--xy')
+            command%xy = value
+            if (index(value, ':') <= 1 .or. index(value, ':') == len(value)) command%error = '--xy '//quoted(value)// &
+               ' is not a pair of columns (expected NAME:NAME, such as omega1:omega2)'
+         case ('--path')
+            command%path = findloc(axes, value, dim=1) - 4
+            if (all(axes /= value) .or. value == '') command%error = '--path '//quoted(value)// &
+               ' is not a body axis (expected 1, 2, 3, or -1, -2, -3)'
+         case default
+            command%title = value
+         end select
+      end subroutine set_drawing
+
+      !> Stores an option of `nutate export`: a file, the scene, or a setting of a format.
+      subroutine set_export(name, value)
+         !> Option and its value.
+         character(len=*), intent(in) :: name, value
+         select case (name)
+         case ('--scene')
+            command%of_scene = value
+         case ('--aem')
+            command%aem = value
+         case ('--gltf')
+            command%gltf = value
+         case ('--aem-version')
+            command%aem_version = value
+            if (.not. is_listed(value, aem_versions)) command%error = name//' '//quoted(value)// &
+               ' is not available (expected '//comma_list(split_list(aem_versions))//')'
+         case ('--speed')
+            call set_number(name, value, 1e-9_wp, 1e12_wp, 'out of its range (expected 1e-9 to 1e12)', command%speed, &
+                            command%error)
+         case default
+            call set_number(name, value, 1e-12_wp, 1.0_wp, 'out of its range (expected 1e-12 to 1 rad)', &
+                            command%error_between, command%error)
+         end select
+         if (value == '') command%error = name//' needs the name of a file'
+      end subroutine set_export
+
+      !> Stores the members of a sweep, `A:B`.
+      subroutine set_members(value)
+         character(len=*), intent(in) :: value
+         character(len=:), allocatable :: error
+         integer :: colon
+         colon = index(value, ':')
+         call set_count('', value(:max(colon - 1, 0)), '', command%first, error)
+         call set_count('', value(colon + 1:), '', command%last, error)
+         if (colon == 0 .or. allocated(error) .or. command%first > command%last) &
+            command%error = '--members '//quoted(value)//' is not a range of members (expected A:B, such as 1:1000)'
+      end subroutine set_members
+
+      !> Parses the words that are not options: the command, which may be left out, and the scene.
+      subroutine parse_words(words)
+         type(argument_t), intent(in) :: words(:)
+         character(len=:), allocatable :: object
+         integer :: first, verb
+
+         first = 1
+         command%verb = 'run'
+         if (size(words) > 0) then
+            if (words(1)%text == 'help') then
+               call parse_topic(words)
+               return
+            else if (any(verbs%name == words(1)%text)) then
+               command%verb = words(1)%text
+               command%topic = command%verb
+               first = 2
+            else if (.not. names_a_scene(words(1)%text)) then
+               command%error = 'unknown command '//quoted(words(1)%text)//hint(nearest_name(words(1)%text, verbs%name))
+               if (did_you_mean(words(1)%text, '.nml') /= '') command%error = 'unknown command '// &
+                  quoted(words(1)%text)//' ('//did_you_mean(words(1)%text, '.nml')//')'
+               return
+            end if
+         end if
+         if (given(option_number('--help'))) then
+            command%verb = 'help'
+            return
+         end if
+         call check_options()
+         if (allocated(command%error)) return
+         verb = findloc(verbs%name == command%verb, .true., dim=1)
+         object = trim(merge('scene  ', 'history', verbs(verb)%object == 'SCENE'))
+         if (size(words) < first) then
+            command%error = 'there is no '//object//' (expected nutate '//trim(command%verb)//' '// &
+                            trim(verbs(verb)%object)//')'
+         else if (size(words) > first) then
+            command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one '//object//')'
+         else if (words(first)%text == '') then
+            command%error = 'the name of the '//object//' is blank (expected nutate '//trim(command%verb)//' '// &
+                            trim(verbs(verb)%object)//')'
+         else if (command%verb == 'export' .and. .not. (allocated(command%aem) .or. allocated(command%gltf))) then
+            command%error = 'nutate export has no file to write (expected --aem FILE or --gltf FILE)'
+         else
+            command%scene = words(first)%text
+         end if
+      end subroutine parse_words
+
+      !> Parses the words of `nutate help` and `nutate help COMMAND`.
+      subroutine parse_topic(words)
+         type(argument_t), intent(in) :: words(:)
+         command%verb = 'help'
+         if (size(words) < 2) return
+         if (size(words) > 2) then
+            command%error = 'unexpected argument '//quoted(words(3)%text)//' (expected one command)'
+         else if (any(verbs%name == words(2)%text)) then
+            command%topic = words(2)%text
+         else
+            command%error = 'unknown command '//quoted(words(2)%text)//hint(nearest_name(words(2)%text, verbs%name))
+         end if
+      end subroutine parse_topic
+
+      !> Checks that the given options belong to the command and can be combined.
+      subroutine check_options()
+         integer :: i
+         do i = 1, size(options)
+            if (.not. given(i)) cycle
+            ! The meaning of an option depends on the command, which may follow it.
+            if (.not. is_listed(command%verb, trim(options(option_number(options(i)%name, command%verb))%verbs))) then
+               command%error = 'nutate '//trim(command%verb)//' has no option '//trim(options(i)%name)// &
+                               ' (see nutate '//trim(command%verb)//' --help)'
+               return
+            end if
+         end do
+         if (given(option_number('--seconds')) .and. given(option_number('--evaluations'))) &
+            command%error = '--seconds and --evaluations exclude each other (expected one of them)'
+         if (count([allocated(command%columns), allocated(command%xy), command%path /= 0]) > 1) &
+            command%error = '--columns, --xy and --path exclude each other (expected one of them)'
+         if (command%verb == 'run' .and. .not. allocated(command%plot) .and. &
+             (allocated(command%columns) .or. allocated(command%xy) .or. allocated(command%title) .or. &
+             command%path /= 0 &
+              .or. command%residuals)) &
+            command%error = '--columns, --residuals, --xy, --path and --title need --plot FILE'
+         if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
+             allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
+         if (command%equilibria .and. abs(command%period) > 0.0_wp) &
+            command%error = '--equilibria cannot be combined with --period'
+         if (command%relative_rates .and. (command%equilibria .or. abs(command%period) > 0.0_wp)) &
+            command%error = '--relative-rates cannot be combined with --period or --equilibria'
+         if (command%member > 0 .and. (command%first > 0 .or. command%merges .or. command%goes_on)) &
+            command%error = '--member cannot be combined with --members, --merge or --resume'
+         if (command%merges .and. (command%first > 0 .or. command%goes_on)) &
+            command%error = '--merge runs no members'
+      end subroutine check_options
+
    end subroutine parse_arguments
 
    !> Returns the position of an option in the table; 0 if it is not there.
@@ -251,205 +548,6 @@ contains
          return
       end do
    end function option_number
-
-   !> Parses an option, `--name=value` or `--name value`, and advances over a separate value.
-   subroutine parse_option(arguments, i, given, command)
-      type(argument_t), intent(in) :: arguments(:)
-      !> Position of the option; on return, position of the last word read.
-      integer, intent(inout) :: i
-      !> True for each option that has been given; shape (number of options).
-      logical, intent(inout) :: given(:)
-      type(command_t), intent(inout) :: command
-      character(len=:), allocatable :: name, value
-      integer :: equals, n
-      logical :: has_value
-
-      equals = index(arguments(i)%text, '=')
-      has_value = equals > 0
-      name = arguments(i)%text
-      value = ''
-      if (has_value) value = name(equals + 1:)
-      if (has_value) name = name(1:equals - 1)
-      if (name == '-h') name = '--help'
-      if (name == '-o') name = '--output'
-      n = option_number(name, arguments(1)%text)
-      if (n == 0) then
-         command%error = 'unknown option '//quoted(name)//hint(nearest_name(name, options%name))
-      else if (options(n)%value == '') then
-         if (has_value) command%error = name//' takes no value'
-      else if (.not. has_value) then
-         if (i < size(arguments)) then
-            i = i + 1
-            value = arguments(i)%text
-         else
-            command%error = name//' needs a value ('//name//' '//trim(options(n)%value)//')'
-         end if
-      end if
-      if (allocated(command%error)) return
-      if (given(n) .and. options(n)%value /= '' .and. all(name /= ['--set  ', '--unset'])) &
-         command%error = name//' is given twice'
-      given(n) = .true.
-      call set_value(name, value, options(n)%value /= '', command)
-   end subroutine parse_option
-
-   !> Stores the value of an option.
-   subroutine set_value(name, value, has_value, command)
-      character(len=*), intent(in) :: name, value
-      !> True if the option has a value.
-      logical, intent(in) :: has_value
-      type(command_t), intent(inout) :: command
-      integer(long) :: count
-      select case (name)
-      case ('--output')
-         command%output = value
-         if (value == '') command%error = '--output needs the name of a file, or - for standard output'
-      case ('--set')
-         command%overrides = [character(len=len(command%overrides)) :: command%overrides, value]
-         if (index(value, '-') == 1) &
-            command%error = '--set '//quoted(value)//' is not a setting (expected GROUP.KEY=VALUE)'
-      case ('--unset')
-         command%overrides = [character(len=len(command%overrides)) :: command%overrides, '-'//value]
-      case ('--csv')
-         command%csv = value
-         if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
-      case ('--plot', '--columns', '--title', '--residuals', '--xy', '--path', '--from')
-         call set_drawing(name, value, command)
-      case ('--scene', '--aem', '--aem-version', '--gltf', '--speed', '--error')
-         call set_export(name, value, command)
-      case ('--json', '--period', '--equilibria', '--relative-rates')
-         call set_linear(name, value, command)
-      case ('--seconds', '--evaluations', '--max-steps', '--max-rows')
-         call set_budget(name, value, command)
-      case ('--checkpoint')
-         command%checkpoint = value
-         if (value == '') command%error = '--checkpoint needs the name of a file'
-      case ('--every-seconds')
-         call set_number(name, value, 0.0_wp, 1e6_wp, 'not a time (expected 0 to 1e6 s)', command%every_seconds, &
-                         command%error)
-      case ('--resume')
-         if (.not. has_value) then
-            command%goes_on = .true.
-         else
-            command%resume = value
-            if (value == '') command%error = '--resume needs the name of a file'
-         end if
-      case ('--members')
-         call set_members(value, command)
-      case ('--member')
-         call set_count(name, value, 'the number of a member', command%member, command%error)
-      case ('--threads')
-         call set_count(name, value, 'a number of threads', count, command%error)
-         command%threads = int(min(count, 4096_long))
-      case ('--merge')
-         command%merges = .true.
-      case ('--all')
-         command%draws_all = .true.
-      case ('--quiet')
-         command%quiet = .true.
-      case default
-         ! The other options have no value to store.
-         continue
-      end select
-   end subroutine set_value
-
-   !> Stores the budget of a work-precision study, or a limit of steps or rows.
-   subroutine set_budget(name, value, command)
-      !> Option and its value.
-      character(len=*), intent(in) :: name, value
-      type(command_t), intent(inout) :: command
-      select case (name)
-      case ('--seconds')
-         call set_number(name, value, 0.1_wp, 1e6_wp, 'not a time (expected 0.1 to 1e6 s)', command%seconds, &
-                         command%error)
-      case ('--evaluations')
-         call set_count(name, value, 'a number of evaluations', command%evaluations, command%error)
-      case ('--max-steps')
-         call set_count(name, value, 'a number of steps', command%max_steps, command%error)
-      case default
-         call set_count(name, value, 'a number of rows', command%max_rows, command%error)
-      end select
-   end subroutine set_budget
-
-   !> Stores an option of `nutate linearize`: the period, what is linearised, or the JSON file.
-   subroutine set_linear(name, value, command)
-      !> Option and its value.
-      character(len=*), intent(in) :: name, value
-      type(command_t), intent(inout) :: command
-      if (name == '--equilibria') then
-         command%equilibria = .true.
-      else if (name == '--relative-rates') then
-         command%relative_rates = .true.
-      else if (name == '--json') then
-         command%json = value
-         if (value == '') command%error = '--json needs the name of a file, or - for standard output'
-      else if (value == 'orbit') then
-         command%period = -1.0_wp
-      else
-         call set_number(name, value, 1e-9_wp, 1e15_wp, 'out of its range (expected 1e-9 to 1e15 s, or orbit)', &
-                         command%period, command%error)
-      end if
-   end subroutine set_linear
-
-   !> Stores an option of a picture or of an animation.
-   subroutine set_drawing(name, value, command)
-      !> Option and its value.
-      character(len=*), intent(in) :: name, value
-      type(command_t), intent(inout) :: command
-      !> Body axes by their number, and 4 added to it.
-      character(len=2), parameter :: axes(7) = ['-3', '-2', '-1', '  ', '1 ', '2 ', '3 ']
-      real(wp) :: time
-      select case (name)
-      case ('--plot')
-         command%plot = value
-         if (.not. is_picture(value)) command%error = '--plot '// &
-            quoted(value)//' is not a picture file (expected the name '// &
-                                                      'of a file in .svg, .png or .pdf)'
-      case ('--columns')
-         command%columns = value
-         if (value == '') command%error = '--columns needs names of columns (--columns energy,omega3)'
-      case ('--from')
-         command%begin = value
-         call set_number(name, value, -huge(1.0_wp), huge(1.0_wp), 'not a time (expected seconds)', time, command%error)
-      case ('--residuals')
-         command%residuals = .true.
-      case ('--xy')
-         command%xy = value
-         if (index(value, ':') <= 1 .or. index(value, ':') == len(value)) command%error = '--xy '//quoted(value)// &
-            ' is not a pair of columns (expected NAME:NAME, such as omega1:omega2)'
-      case ('--path')
-         command%path = findloc(axes, value, dim=1) - 4
-         if (all(axes /= value) .or. value == '') command%error = '--path '//quoted(value)// &
-            ' is not a body axis (expected 1, 2, 3, or -1, -2, -3)'
-      case default
-         command%title = value
-      end select
-   end subroutine set_drawing
-
-   !> Stores an option of `nutate export`: a file, the scene, or a setting of a format.
-   subroutine set_export(name, value, command)
-      !> Option and its value.
-      character(len=*), intent(in) :: name, value
-      type(command_t), intent(inout) :: command
-      select case (name)
-      case ('--scene')
-         command%of_scene = value
-      case ('--aem')
-         command%aem = value
-      case ('--gltf')
-         command%gltf = value
-      case ('--aem-version')
-         command%aem_version = value
-         if (.not. is_listed(value, aem_versions)) command%error = name//' '//quoted(value)// &
-            ' is not available (expected '//comma_list(split_list(aem_versions))//')'
-      case ('--speed')
-         call set_number(name, value, 1e-9_wp, 1e12_wp, 'out of its range (expected 1e-9 to 1e12)', command%speed, &
-                         command%error)
-      case default
-         call set_number(name, value, 1e-12_wp, 1.0_wp, 'out of its range (expected 1e-12 to 1 rad)', &
-                         command%error_between, command%error)
-      end select
-      if (value == '') command%error = name//' needs the name of a file'
-   end subroutine set_export
 
    !> Stores a number between two limits.
    subroutine set_number(name, value, least, most, fault, number, error)
@@ -483,123 +581,12 @@ contains
       error = name//' '//quoted(value)//' is not '//meaning//' (expected 1, 2, ...)'
    end subroutine set_count
 
-   !> Stores the members of a sweep, `A:B`.
-   subroutine set_members(value, command)
-      character(len=*), intent(in) :: value
-      type(command_t), intent(inout) :: command
-      character(len=:), allocatable :: error
-      integer :: colon
-      colon = index(value, ':')
-      call set_count('', value(:max(colon - 1, 0)), '', command%first, error)
-      call set_count('', value(colon + 1:), '', command%last, error)
-      if (colon == 0 .or. allocated(error) .or. command%first > command%last) &
-         command%error = '--members '//quoted(value)//' is not a range of members (expected A:B, such as 1:1000)'
-   end subroutine set_members
-
-   !> Parses the words that are not options: the command, which may be left out, and the scene.
-   subroutine parse_words(words, given, command)
-      type(argument_t), intent(in) :: words(:)
-      !> True for each option that has been given; shape (number of options).
-      logical, intent(in) :: given(:)
-      type(command_t), intent(inout) :: command
-      character(len=:), allocatable :: object
-      integer :: first, verb
-
-      first = 1
-      command%verb = 'run'
-      if (size(words) > 0) then
-         if (words(1)%text == 'help') then
-            call parse_topic(words, command)
-            return
-         else if (any(verbs%name == words(1)%text)) then
-            command%verb = words(1)%text
-            command%topic = command%verb
-            first = 2
-         else if (.not. names_a_scene(words(1)%text)) then
-            command%error = 'unknown command '//quoted(words(1)%text)//hint(nearest_name(words(1)%text, verbs%name))
-            if (did_you_mean(words(1)%text, '.nml') /= '') command%error = 'unknown command '// &
-               quoted(words(1)%text)//' ('//did_you_mean(words(1)%text, '.nml')//')'
-            return
-         end if
-      end if
-      if (given(option_number('--help'))) then
-         command%verb = 'help'
-         return
-      end if
-      call check_options(given, command)
-      if (allocated(command%error)) return
-      verb = findloc(verbs%name == command%verb, .true., dim=1)
-      object = trim(merge('scene  ', 'history', verbs(verb)%object == 'SCENE'))
-      if (size(words) < first) then
-         command%error = 'there is no '//object//' (expected nutate '//trim(command%verb)//' '// &
-                         trim(verbs(verb)%object)//')'
-      else if (size(words) > first) then
-         command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one '//object//')'
-      else if (words(first)%text == '') then
-         command%error = 'the name of the '//object//' is blank (expected nutate '//trim(command%verb)//' '// &
-                         trim(verbs(verb)%object)//')'
-      else if (command%verb == 'export' .and. .not. (allocated(command%aem) .or. allocated(command%gltf))) then
-         command%error = 'nutate export has no file to write (expected --aem FILE or --gltf FILE)'
-      else
-         command%scene = words(first)%text
-      end if
-   end subroutine parse_words
-
-   !> Parses the words of `nutate help` and `nutate help COMMAND`.
-   subroutine parse_topic(words, command)
-      type(argument_t), intent(in) :: words(:)
-      type(command_t), intent(inout) :: command
-      command%verb = 'help'
-      if (size(words) < 2) return
-      if (size(words) > 2) then
-         command%error = 'unexpected argument '//quoted(words(3)%text)//' (expected one command)'
-      else if (any(verbs%name == words(2)%text)) then
-         command%topic = words(2)%text
-      else
-         command%error = 'unknown command '//quoted(words(2)%text)//hint(nearest_name(words(2)%text, verbs%name))
-      end if
-   end subroutine parse_topic
-
    !> Returns true for a file that exists and for anything that is written like a path.
    logical function names_a_scene(word)
       character(len=*), intent(in) :: word
       names_a_scene = scan(word, './') > 0
       if (.not. names_a_scene .and. word /= '') inquire (file=word, exist=names_a_scene)
    end function names_a_scene
-
-   !> Checks that the given options belong to the command and can be combined.
-   subroutine check_options(given, command)
-      logical, intent(in) :: given(:)
-      type(command_t), intent(inout) :: command
-      integer :: i
-      do i = 1, size(options)
-         if (.not. given(i)) cycle
-         ! The meaning of an option depends on the command, which may follow it.
-         if (.not. is_listed(command%verb, trim(options(option_number(options(i)%name, command%verb))%verbs))) then
-            command%error = 'nutate '//trim(command%verb)//' has no option '//trim(options(i)%name)// &
-                            ' (see nutate '//trim(command%verb)//' --help)'
-            return
-         end if
-      end do
-      if (given(option_number('--seconds')) .and. given(option_number('--evaluations'))) &
-         command%error = '--seconds and --evaluations exclude each other (expected one of them)'
-      if (count([allocated(command%columns), allocated(command%xy), command%path /= 0]) > 1) &
-         command%error = '--columns, --xy and --path exclude each other (expected one of them)'
-      if (command%verb == 'run' .and. .not. allocated(command%plot) .and. &
-          (allocated(command%columns) .or. allocated(command%xy) .or. allocated(command%title) .or. command%path /= 0 &
-           .or. command%residuals)) &
-         command%error = '--columns, --residuals, --xy, --path and --title need --plot FILE'
-      if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
-          allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
-      if (command%equilibria .and. abs(command%period) > 0.0_wp) &
-         command%error = '--equilibria cannot be combined with --period'
-      if (command%relative_rates .and. (command%equilibria .or. abs(command%period) > 0.0_wp)) &
-         command%error = '--relative-rates cannot be combined with --period or --equilibria'
-      if (command%member > 0 .and. (command%first > 0 .or. command%merges .or. command%goes_on)) &
-         command%error = '--member cannot be combined with --members, --merge or --resume'
-      if (command%merges .and. (command%first > 0 .or. command%goes_on)) &
-         command%error = '--merge runs no members'
-   end subroutine check_options
 
    !> Returns what to try instead of an unknown name.
    pure function hint(nearest) result(text)

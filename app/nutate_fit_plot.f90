@@ -52,15 +52,101 @@ contains
       upper = 1 - (top + 20)/height
       first = 1
       do i = 1, size(fit%problem%residuals)
-         call draw_data(picture, fit, i, first, times, motion, upper, height)
+         call draw_data()
          upper = upper - data_height/height
          if (i == size(fit%problem%residuals)) call picture%put('set xlabel ''t (s)''; set format x ''%g''')
-         call draw_residuals(picture, fit%problem%residuals(i)%measurement, fit%result%residuals(first:), upper, height)
+         call draw_residuals(fit%problem%residuals(i)%measurement, fit%result%residuals(first:))
          upper = upper - residual_height/height
          first = first + size(fit%problem%residuals(i)%measurement%times)*fit%problem%residuals(i)%measurement%width()
       end do
       call picture%put('unset multiplot')
       call picture%draw(status)
+
+   contains
+
+      !> Draws the data as points and the model as lines.
+      subroutine draw_data()
+         real(wp), allocatable :: curves(:, :), points(:, :)
+         character(len=:), allocatable :: plot, label
+         character(len=7) :: paint(most_columns)
+         integer :: c, n
+         associate (problem => fit%problem)
+            associate (measurement => problem%residuals(i)%measurement)
+               n = min(size(measurement%columns), most_columns)
+               call find_curves(curves)
+               points = measurement%rows
+               if (measurement%kind == ATTITUDES) call choose_signs(times, curves, measurement%times, points)
+               do c = 1, n
+                  call add_block(picture, 'm', c, times, curves(c, :), turn_of(measurement, c))
+                  call add_block(picture, 'd', c, measurement%times, points(c, :), 0.0_wp)
+               end do
+               call find_style(measurement, label, paint)
+               call begin_panel(picture, label, points(:n, :), upper, data_height, height)
+               call picture%put('set format x ''''')
+               plot = ''
+               do c = 1, n
+                  if (c > 1) plot = plot//', '
+                  plot = plot//'$d'//count_text(c)//' using 1:2 with points pointtype 7 pointsize '// &
+                         point_size(measurement)//' linecolor rgb '''//paint(c)//''' notitle, $m'//count_text(c)// &
+                         ' using 1:2 with lines linewidth 1.2 linecolor rgb '''//paint(c)//''' title '// &
+                         gnuplot_quoted(symbol_of(trim(measurement%columns(c))))
+               end do
+               call picture%put('plot '//plot)
+            end associate
+         end associate
+      end subroutine draw_data
+
+      !> Draws the residuals as points.
+      subroutine draw_residuals(measurement, residuals)
+         type(measurement_t), intent(in) :: measurement
+         !> Residuals, beginning with the first of the measurement.
+         real(wp), intent(in) :: residuals(:)
+         character(len=:), allocatable :: plot, name, label
+         character(len=7) :: paint(most_columns)
+         integer :: c, width
+         width = measurement%width()
+         call find_style(measurement, label, paint)
+         ! The rotation about axis 1 has the colour of q1.
+         if (measurement%kind == ATTITUDES) paint = cshift(paint, 1)
+         plot = ''
+         do c = 1, min(width, most_columns)
+            call add_block(picture, 'r', c, measurement%times, residuals(c:width*size(measurement%times):width), 0.0_wp)
+            name = symbol_of(trim(measurement%columns(c)))
+            if (measurement%kind == ATTITUDES) name = 'rotation '//count_text(c)
+            if (c > 1) plot = plot//', '
+            plot = plot//'$r'//count_text(c)//' using 1:2 with points pointtype 7 pointsize '// &
+               point_size(measurement)// &
+                   ' linecolor rgb '''//paint(c)//''' title '//gnuplot_quoted(name)
+         end do
+         label = 'residuals'
+         if (measurement%sigma_is_known) label = 'residuals (standard deviations)'
+         call begin_panel(picture, label, reshape(residuals(:width*size(measurement%times)), &
+                          [width, size(measurement%times)]), upper, residual_height, height)
+         call picture%put('plot '//plot)
+      end subroutine draw_residuals
+
+      !> Finds the columns of the model at the times of the curve, with their biases; shape (columns, times).
+      subroutine find_curves(curves)
+         real(wp), allocatable, intent(out) :: curves(:, :)
+         type(system_t) :: system
+         integer :: k, bias
+         bias = fit%problem%n_free
+         do k = 1, i - 1
+            if (fit%problem%residuals(k)%measurement%has_bias) bias = bias + &
+               fit%problem%residuals(k)%measurement%width()
+         end do
+         associate (residuals => fit%problem%residuals(i))
+            allocate (curves(size(residuals%measurement%columns), size(motion%states)))
+            system = fit%problem%model%scene%system
+            do k = 1, size(motion%states)
+               call motion%switches(k)%apply(system%effects)
+               curves(:, k) = residuals%model(system, motion%states(k))
+               if (residuals%measurement%has_bias) curves(:, k) = curves(:, k) + fit%result%x(bias + 1:bias + &
+                  size(curves, 1))
+            end do
+         end associate
+      end subroutine find_curves
+
    end subroutine draw_fit
 
    !> Begins a panel.
@@ -79,44 +165,6 @@ contains
       call picture%put('set label 1 '//gnuplot_quoted(label)//' at graph 0, 1 left offset 0, 0.7 noenhanced')
    end subroutine begin_panel
 
-   !> Draws the data as points and the model as lines.
-   subroutine draw_data(picture, fit, i, first, times, motion, upper, height)
-      type(picture_t), intent(inout) :: picture
-      type(fit_t), intent(inout) :: fit
-      !> Index of the measurement; index of its first residual.
-      integer, intent(in) :: i, first
-      real(wp), intent(in) :: times(:), upper, height
-      type(motion_at_t), intent(in) :: motion
-      real(wp), allocatable :: curves(:, :), points(:, :)
-      character(len=:), allocatable :: plot, label
-      character(len=7) :: paint(most_columns)
-      integer :: c, n
-      associate (problem => fit%problem)
-         associate (measurement => problem%residuals(i)%measurement)
-            n = min(size(measurement%columns), most_columns)
-            call find_curves(fit, i, motion, curves)
-            points = measurement%rows
-            if (measurement%kind == ATTITUDES) call choose_signs(times, curves, measurement%times, points)
-            do c = 1, n
-               call add_block(picture, 'm', c, times, curves(c, :), turn_of(measurement, c))
-               call add_block(picture, 'd', c, measurement%times, points(c, :), 0.0_wp)
-            end do
-            call find_style(measurement, label, paint)
-            call begin_panel(picture, label, points(:n, :), upper, data_height, height)
-            call picture%put('set format x ''''')
-            plot = ''
-            do c = 1, n
-               if (c > 1) plot = plot//', '
-               plot = plot//'$d'//count_text(c)//' using 1:2 with points pointtype 7 pointsize '// &
-                      point_size(measurement)//' linecolor rgb '''//paint(c)//''' notitle, $m'//count_text(c)// &
-                      ' using 1:2 with lines linewidth 1.2 linecolor rgb '''//paint(c)//''' title '// &
-                      gnuplot_quoted(symbol_of(trim(measurement%columns(c))))
-            end do
-            call picture%put('plot '//plot)
-         end associate
-      end associate
-   end subroutine draw_data
-
    !> Finds the label of a panel of data, with the unit if all columns have the same, and the colours of its columns, as
    !> in pictures of histories.
    subroutine find_style(measurement, label, paint)
@@ -133,30 +181,6 @@ contains
       label = trim(panels(1)%label)//': '//label
       paint(:n) = panels(1)%colours
    end subroutine find_style
-
-   !> Finds the columns of the model at the times of the curve, with their biases; shape (columns, times).
-   subroutine find_curves(fit, i, motion, curves)
-      type(fit_t), intent(inout) :: fit
-      integer, intent(in) :: i
-      type(motion_at_t), intent(in) :: motion
-      real(wp), allocatable, intent(out) :: curves(:, :)
-      type(system_t) :: system
-      integer :: k, bias
-      bias = fit%problem%n_free
-      do k = 1, i - 1
-         if (fit%problem%residuals(k)%measurement%has_bias) bias = bias + fit%problem%residuals(k)%measurement%width()
-      end do
-      associate (residuals => fit%problem%residuals(i))
-         allocate (curves(size(residuals%measurement%columns), size(motion%states)))
-         system = fit%problem%model%scene%system
-         do k = 1, size(motion%states)
-            call motion%switches(k)%apply(system%effects)
-            curves(:, k) = residuals%model(system, motion%states(k))
-            if (residuals%measurement%has_bias) curves(:, k) = curves(:, k) + fit%result%x(bias + 1:bias + &
-               size(curves, 1))
-         end do
-      end associate
-   end subroutine find_curves
 
    !> Chooses, of the two quaternions of each attitude, the one near the curve.
    pure subroutine choose_signs(times, curves, measured_times, points)
@@ -183,36 +207,6 @@ contains
       character(len=:), allocatable :: text
       text = trim(merge('0.3', '0.8', size(measurement%times) > 60))
    end function point_size
-
-   !> Draws the residuals as points.
-   subroutine draw_residuals(picture, measurement, residuals, upper, height)
-      type(picture_t), intent(inout) :: picture
-      type(measurement_t), intent(in) :: measurement
-      !> Residuals, beginning with the first of the measurement.
-      real(wp), intent(in) :: residuals(:)
-      real(wp), intent(in) :: upper, height
-      character(len=:), allocatable :: plot, name, label
-      character(len=7) :: paint(most_columns)
-      integer :: c, width
-      width = measurement%width()
-      call find_style(measurement, label, paint)
-      ! The rotation about axis 1 has the colour of q1.
-      if (measurement%kind == ATTITUDES) paint = cshift(paint, 1)
-      plot = ''
-      do c = 1, min(width, most_columns)
-         call add_block(picture, 'r', c, measurement%times, residuals(c:width*size(measurement%times):width), 0.0_wp)
-         name = symbol_of(trim(measurement%columns(c)))
-         if (measurement%kind == ATTITUDES) name = 'rotation '//count_text(c)
-         if (c > 1) plot = plot//', '
-         plot = plot//'$r'//count_text(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
-                ' linecolor rgb '''//paint(c)//''' title '//gnuplot_quoted(name)
-      end do
-      label = 'residuals'
-      if (measurement%sigma_is_known) label = 'residuals (standard deviations)'
-      call begin_panel(picture, label, reshape(residuals(:width*size(measurement%times)), &
-                       [width, size(measurement%times)]), upper, residual_height, height)
-      call picture%put('plot '//plot)
-   end subroutine draw_residuals
 
    !> Adds a block of data. A line is broken where an angle goes over to the other end of its range.
    subroutine add_block(picture, name, c, times, values, turn)

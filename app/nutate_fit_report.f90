@@ -31,8 +31,8 @@ contains
                         plural(size(fit%problem%names, kind=long), 'parameter'))
          call page%item('fit', plural(int(result%iterations, long), 'iteration')//' from start '// &
                         count_text(fit%best)//' of '//count_text(fit%starts))
-         call page%item('chi-squared', chi_text(fit))
-         call add_values(fit, table)
+         call page%item('chi-squared', chi_text())
+         call add_values()
          call page%line('')
          call page%line(table%text())
          call page%line('')
@@ -40,61 +40,117 @@ contains
                                                                 vector_text(fit%problem%model%plan%attitude, 9))
          if (fit%problem%model%scene%system%body%breaks_triangle) &
             call page%item('body', 'a moment exceeds the sum of the other two: no rigid body has these')
-         call add_correlations(page, fit)
-         call add_directions(page, fit)
+         call add_correlations()
+         call add_directions()
       end associate
-   end subroutine add_fit
 
-   !> Returns χ², and what it implies for the standard deviations.
-   function chi_text(fit) result(text)
-      type(fit_t), intent(in) :: fit
-      character(len=:), allocatable :: text
-      associate (result => fit%result)
-         text = rounded_text(result%chi_squared, 8)//' for '// &
-                plural(int(result%degrees_of_freedom, long), 'degree')//' of freedom'
-         if (result%degrees_of_freedom < 1) return
-         if (fit%sigma_is_known) then
-            text = text//': '//rounded_text(result%chi_squared/result%degrees_of_freedom, 3)//' per degree'
-         else
-            text = text//': sigma '//rounded_text(sqrt(result%chi_squared/result%degrees_of_freedom), 3)// &
-               ' from the residuals'
-         end if
-      end associate
-   end function chi_text
+   contains
 
-   !> Adds a row for each parameter. The attitude is shown as the rotation vector from the attitude of the scene.
-   subroutine add_values(fit, table)
-      type(fit_t), intent(in) :: fit
-      type(table_t), intent(inout) :: table
-      real(wp) :: errors(size(fit%problem%names)), values(size(fit%problem%names)), turn(3)
-      integer :: i
-      associate (problem => fit%problem, result => fit%result, plan => fit%problem%model%plan)
-         errors = result%standard_errors()
-         values = result%x
-         turn = rotation_vector_from_quat(quat_product(quat_conjugate(problem%known_attitude), &
-            plan%attitude))/plan%angle_unit
-         do i = 1, problem%n_free
-            if (plan%free(i)%component > 0) values(i) = turn(plan%free(i)%component)
-         end do
-         table%indent = 2
-         call table%add_column('parameter')
-         call table%add_column('value')
-         call table%add_column('')
-         do i = 1, size(values)
-            call table%add_row()
-            call table%put(problem%names(i))
-            if (result%at_bound(i)) then
-               call table%put(rounded_text(values(i)))
-               call table%put('at its bound')
-            else if (result%unidentified(i)) then
-               call table%put(rounded_text(values(i)))
-               call table%put('not identifiable')
+      !> Returns χ², and what it implies for the standard deviations.
+      function chi_text() result(text)
+         character(len=:), allocatable :: text
+         associate (result => fit%result)
+            text = rounded_text(result%chi_squared, 8)//' for '// &
+                   plural(int(result%degrees_of_freedom, long), 'degree')//' of freedom'
+            if (result%degrees_of_freedom < 1) return
+            if (fit%sigma_is_known) then
+               text = text//': '//rounded_text(result%chi_squared/result%degrees_of_freedom, 3)//' per degree'
             else
-               call table%put(value_with_error(values(i), errors(i)))
+               text = text//': sigma '//rounded_text(sqrt(result%chi_squared/result%degrees_of_freedom), 3)// &
+                  ' from the residuals'
+            end if
+         end associate
+      end function chi_text
+
+      !> Adds a row for each parameter. The attitude is shown as the rotation vector from the attitude of the scene.
+      subroutine add_values()
+         real(wp) :: errors(size(fit%problem%names)), values(size(fit%problem%names)), turn(3)
+         integer :: i
+         associate (problem => fit%problem, result => fit%result, plan => fit%problem%model%plan)
+            errors = result%standard_errors()
+            values = result%x
+            turn = rotation_vector_from_quat(quat_product(quat_conjugate(problem%known_attitude), &
+               plan%attitude))/plan%angle_unit
+            do i = 1, problem%n_free
+               if (plan%free(i)%component > 0) values(i) = turn(plan%free(i)%component)
+            end do
+            table%indent = 2
+            call table%add_column('parameter')
+            call table%add_column('value')
+            call table%add_column('')
+            do i = 1, size(values)
+               call table%add_row()
+               call table%put(problem%names(i))
+               if (result%at_bound(i)) then
+                  call table%put(rounded_text(values(i)))
+                  call table%put('at its bound')
+               else if (result%unidentified(i)) then
+                  call table%put(rounded_text(values(i)))
+                  call table%put('not identifiable')
+               else
+                  call table%put(value_with_error(values(i), errors(i)))
+               end if
+            end do
+         end associate
+      end subroutine add_values
+
+      !> Adds pairs of parameters with a strong correlation.
+      subroutine add_correlations()
+         real(wp) :: errors(size(fit%problem%names)), correlation
+         character(len=:), allocatable :: label
+         integer :: i, k
+         errors = fit%result%standard_errors()
+         label = 'correlation'
+         do i = 1, size(errors)
+            do k = i + 1, size(errors)
+               if (.not. (errors(i) > 0.0_wp .and. errors(k) > 0.0_wp)) cycle
+               correlation = fit%result%covariance(i, k)/(errors(i)*errors(k))
+               if (abs(correlation) <= strong) cycle
+               call page%item(label, trim(fit%problem%names(i))//', '//trim(fit%problem%names(k))//': '// &
+                              rounded_text(correlation, 4))
+               label = ''
+            end do
+         end do
+      end subroutine add_correlations
+
+      !> Adds the directions that the data do not determine, or only weakly.
+      subroutine add_directions()
+         integer :: i
+         do i = size(fit%result%singular_values), 1, -1
+            if (fit%result%singular_values(i) <= UNKNOWN_BELOW) then
+               call page%item('not identifiable', direction_text(i))
+            else if (fit%result%singular_values(i) <= WEAK_BELOW) then
+               call page%item('weak', direction_text(i))
             end if
          end do
-      end associate
-   end subroutine add_values
+      end subroutine add_directions
+
+      !> Returns a direction as changes of its parameters: relative to their values, or absolute if a value is zero
+      !> within the error that it would have if all others were known.
+      function direction_text(i) result(text)
+         integer, intent(in) :: i
+         character(len=:), allocatable :: text
+         real(wp) :: change(size(fit%problem%names)), sigma
+         integer :: k
+         associate (result => fit%result)
+            change = result%directions(:, i)
+            sigma = 1.0_wp
+            if (.not. fit%sigma_is_known) sigma = sqrt(result%chi_squared/max(1, result%degrees_of_freedom))
+            do k = 1, size(change)
+               if (abs(result%x(k))*norm2(result%jacobian(:, k)) > sigma) change(k) = change(k)/result%x(k)
+            end do
+         end associate
+         change = change/change(maxloc(abs(change), dim=1))
+         text = ''
+         do k = 1, size(change)
+            if (abs(change(k)) < negligible) cycle
+            if (text /= '') text = text//', '
+            text = text//trim(fit%problem%names(k))//' '//rounded_text(change(k), 3)
+         end do
+         text = text//' (changes together, relative to the values)'
+      end function direction_text
+
+   end subroutine add_fit
 
    !> Returns a number and its standard error, both to two digits of the error: `2.978 ± 0.214` has three.
    pure function value_with_error(value, error) result(text)
@@ -128,66 +184,5 @@ contains
       ! Zero has no sign.
       if (verify(text, '-0.') == 0) text = text(verify(text, '-'):)
    end function fixed
-
-   !> Adds pairs of parameters with a strong correlation.
-   subroutine add_correlations(page, fit)
-      type(page_t), intent(inout) :: page
-      type(fit_t), intent(in) :: fit
-      real(wp) :: errors(size(fit%problem%names)), correlation
-      character(len=:), allocatable :: label
-      integer :: i, k
-      errors = fit%result%standard_errors()
-      label = 'correlation'
-      do i = 1, size(errors)
-         do k = i + 1, size(errors)
-            if (.not. (errors(i) > 0.0_wp .and. errors(k) > 0.0_wp)) cycle
-            correlation = fit%result%covariance(i, k)/(errors(i)*errors(k))
-            if (abs(correlation) <= strong) cycle
-            call page%item(label, trim(fit%problem%names(i))//', '//trim(fit%problem%names(k))//': '// &
-                           rounded_text(correlation, 4))
-            label = ''
-         end do
-      end do
-   end subroutine add_correlations
-
-   !> Adds the directions that the data do not determine, or only weakly.
-   subroutine add_directions(page, fit)
-      type(page_t), intent(inout) :: page
-      type(fit_t), intent(in) :: fit
-      integer :: i
-      do i = size(fit%result%singular_values), 1, -1
-         if (fit%result%singular_values(i) <= UNKNOWN_BELOW) then
-            call page%item('not identifiable', direction_text(fit, i))
-         else if (fit%result%singular_values(i) <= WEAK_BELOW) then
-            call page%item('weak', direction_text(fit, i))
-         end if
-      end do
-   end subroutine add_directions
-
-   !> Returns a direction as changes of its parameters: relative to their values, or absolute if a value is zero within
-   !> the error that it would have if all others were known.
-   function direction_text(fit, i) result(text)
-      type(fit_t), intent(in) :: fit
-      integer, intent(in) :: i
-      character(len=:), allocatable :: text
-      real(wp) :: change(size(fit%problem%names)), sigma
-      integer :: k
-      associate (result => fit%result)
-         change = result%directions(:, i)
-         sigma = 1.0_wp
-         if (.not. fit%sigma_is_known) sigma = sqrt(result%chi_squared/max(1, result%degrees_of_freedom))
-         do k = 1, size(change)
-            if (abs(result%x(k))*norm2(result%jacobian(:, k)) > sigma) change(k) = change(k)/result%x(k)
-         end do
-      end associate
-      change = change/change(maxloc(abs(change), dim=1))
-      text = ''
-      do k = 1, size(change)
-         if (abs(change(k)) < negligible) cycle
-         if (text /= '') text = text//', '
-         text = text//trim(fit%problem%names(k))//' '//rounded_text(change(k), 3)
-      end do
-      text = text//' (changes together, relative to the values)'
-   end function direction_text
 
 end module nutate_fit_report

@@ -174,7 +174,7 @@ contains
       type(status_t) :: status
       character(len=:), allocatable :: problem, shown
       logical :: is_plane
-      call read_drawn(command, file, history, problem, sampled)
+      call read_drawn()
       if (problem /= '') then
          call picture%discard()
          call say_error('nutate: '//problem, exit_code, EXIT_INPUT)
@@ -183,7 +183,7 @@ contains
       shown = title
       if (command%path /= 0) shown = title//': path of body axis '//axis_name(command%path)//', from above'
       if (allocated(command%title)) shown = printable_path(command%title)
-      if (.not. present(sampled)) shown = shown//sparse_text(file)
+      if (.not. present(sampled)) shown = shown//sparse_text()
       is_plane = command%path /= 0 .or. allocated(command%xy)
       if (is_plane) then
          call draw_xy(picture, shown, history, command%path /= 0, status)
@@ -191,21 +191,58 @@ contains
          call draw_history(picture, shown, history, status)
       end if
       call report_file(name, status, exit_code)
-   end subroutine draw_file
 
-   !> Returns a remark on rows so far apart that the curve between them shows straight lines; empty if they are near.
-   function sparse_text(file) result(text)
-      character(len=*), intent(in) :: file
-      character(len=:), allocatable :: text
-      type(recorded_t) :: history
-      real(wp) :: largest
-      integer :: row
-      logical :: found
-      text = ''
-      call find_turns(file, largest, row, history, found)
-      if (found .and. largest >= sparse) text = ' (the body rotates by up to '//rounded_text(largest, 2)// &
-                                                ' rad between rows)'
-   end function sparse_text
+   contains
+
+      !> Reads the columns that are drawn, in the order of the picture.
+      subroutine read_drawn()
+         character(len=name_length), allocatable :: names(:), wanted(:)
+         problem = ''
+         if (present(sampled)) then
+            history = sampled
+            names = sampled%names
+         else
+            call read_names(file, names, problem)
+         end if
+         if (problem == '') then
+            call choose_columns(names, command, wanted, problem)
+            if (problem /= '') problem = printable_path(file)//problem
+         end if
+         if (problem == '' .and. .not. present(sampled)) call read_history(file, wanted, history, problem)
+         if (problem /= '') return
+         if (size(history%values, 1) < 2) then
+            problem = printable_path(file)//': no rows to plot'
+            return
+         end if
+         call take(history, [character(len=name_length) :: 't', wanted])
+         if (.not. all(abs(history%values) <= greatest)) then
+            problem = printable_path(file)//': a value is too large to plot (expected up to 1e100 in size)'
+         else if (.not. allocated(command%xy) .and. maxval(history%values(:, 1)) <= minval(history%values(:, 1))) then
+            problem = printable_path(file)//': all rows have the same t (expected rows at different times)'
+         end if
+         if (problem /= '') return
+         if (command%path /= 0) then
+            call find_path(history, command%path)
+         else if (.not. allocated(command%xy)) then
+            if (.not. allocated(command%columns) .or. any(words_of(command) == 'energy')) &
+               call drop_constant_energies(history)
+         end if
+      end subroutine read_drawn
+
+      !> Returns a remark on rows so far apart that the curve between them shows straight lines; empty if they are near.
+      function sparse_text() result(text)
+         character(len=:), allocatable :: text
+         type(recorded_t) :: history
+         real(wp) :: largest
+         integer :: row
+         logical :: found
+         text = ''
+         call find_turns(file, largest, row, history, found)
+         if (found .and. largest >= sparse) text = ' (the body rotates by up to '//rounded_text(largest, 2)// &
+                                                   ' rad between rows)'
+      end function sparse_text
+
+   end subroutine draw_file
 
    !> Returns a body axis as the option names it.
    pure function axis_name(axis) result(name)
@@ -214,47 +251,6 @@ contains
       name = achar(iachar('0') + abs(axis))
       if (axis < 0) name = '−'//name
    end function axis_name
-
-   !> Reads the columns that are drawn, in the order of the picture.
-   subroutine read_drawn(command, file, history, problem, sampled)
-      type(command_t), intent(in) :: command
-      character(len=*), intent(in) :: file
-      type(recorded_t), intent(out) :: history
-      !> Error message, one printable line; empty on success.
-      character(len=:), allocatable, intent(out) :: problem
-      type(recorded_t), intent(in), optional :: sampled
-      character(len=name_length), allocatable :: names(:), wanted(:)
-      problem = ''
-      if (present(sampled)) then
-         history = sampled
-         names = sampled%names
-      else
-         call read_names(file, names, problem)
-      end if
-      if (problem == '') then
-         call choose_columns(names, command, wanted, problem)
-         if (problem /= '') problem = printable_path(file)//problem
-      end if
-      if (problem == '' .and. .not. present(sampled)) call read_history(file, wanted, history, problem)
-      if (problem /= '') return
-      if (size(history%values, 1) < 2) then
-         problem = printable_path(file)//': no rows to plot'
-         return
-      end if
-      call take(history, [character(len=name_length) :: 't', wanted])
-      if (.not. all(abs(history%values) <= greatest)) then
-         problem = printable_path(file)//': a value is too large to plot (expected up to 1e100 in size)'
-      else if (.not. allocated(command%xy) .and. maxval(history%values(:, 1)) <= minval(history%values(:, 1))) then
-         problem = printable_path(file)//': all rows have the same t (expected rows at different times)'
-      end if
-      if (problem /= '') return
-      if (command%path /= 0) then
-         call find_path(history, command%path)
-      else if (.not. allocated(command%xy)) then
-         if (.not. allocated(command%columns) .or. any(words_of(command) == 'energy')) &
-            call drop_constant_energies(history)
-      end if
-   end subroutine read_drawn
 
    !> Takes columns of a history, in this order.
    subroutine take(history, names)
@@ -427,72 +423,68 @@ contains
       call add_picture_sets(command, scene, sets, status)
       if (.not. status%ok()) return
       lacks = size(sets) > size(scene%output%columns)
-      call find_need(first%output%file, scene, t, needed)
+      call find_need(first%output%file)
       if (.not. lacks .and. (needed <= 0.0_wp .or. needed > most_rows)) return
       rows = int(min(max(needed, real(least_rows, wp)), real(most_rows, wp)))
       scene%plan%times = [(t(1) + (t(2) - t(1))*(real(i, wp)/rows), i=0, rows - 1), t(2)]
       scene%output%columns = sets
-      call run_again(scene, rows + 1, sampled)
+      call run_again(rows + 1)
+
+   contains
+
+      !> Finds the times of a history, and how many rows its motion needs: 0 if its own are near enough.
+      subroutine find_need(file)
+         character(len=*), intent(in) :: file
+         type(recorded_t) :: history
+         character(len=:), allocatable :: problem
+         real(wp) :: largest, fastest
+         integer :: i, row, rows
+         logical :: found
+         call find_turns(file, largest, row, history, found)
+         fastest = norm2(angular_velocity(scene%system, scene%initial))
+         if (found) fastest = max(fastest, maxval([(norm2(history%values(i, 2:)), i=1, size(history%values, 1))]))
+         if (.not. found) call read_history(file, [character(len=name_length) ::], history, problem)
+         t = scene%initial%t
+         needed = 0.0_wp
+         rows = size(history%values, 1)
+         if (rows < 2) return
+         t = [history%values(1, 1), history%values(rows, 1)]
+         if (.not. found) largest = fastest*abs(t(2) - t(1))/(rows - 1)
+         if (largest > too_far) needed = fastest*abs(t(2) - t(1))/near
+      end subroutine find_need
+
+      !> Runs a scene and keeps its rows.
+      subroutine run_again(rows)
+         !> Greatest number of rows.
+         integer, intent(in) :: rows
+         type(run_t) :: run
+         type(row_keeper_t) :: keeper
+         type(status_t) :: status
+         integer :: exit_code
+         exit_code = EXIT_SUCCESS
+         call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
+         if (status%ok()) call run%set_events(scene%events, scene%system, status)
+         if (status%ok()) call propagate_free_parameters(scene, run, exit_code)
+         if (status%ok()) call run%follow_chaos(scene%chaos, scene%system, status)
+         if (status%ok()) call run%find_steps(scene%system, status, keeper)
+         if (status%ok()) call keeper%columns%choose(scene%output%columns, status, scene%output%degrees, &
+                                                     scene%system%effects, scene%propagated())
+         if (.not. status%ok() .or. exit_code /= EXIT_SUCCESS) return
+         allocate (keeper%values(keeper%columns%width, rows))
+         keeper%rows = 0
+         keeper%observes_every_step = keeper%columns%follows_steps
+         keeper%wants_works = keeper%columns%needs_works
+         keeper%wants_tangent = keeper%columns%differentiates
+         call keeper%columns%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
+                                   scene%plan%end_time < scene%initial%t)
+         call run%run_to_end(scene%system, status, keeper)
+         if (.not. status%ok() .or. keeper%rows < 2) return
+         allocate (sampled)
+         sampled%names = [character(len=name_length) :: split_list(keeper%columns%header())]
+         sampled%values = transpose(keeper%values(:, :keeper%rows))
+      end subroutine run_again
+
    end subroutine sample_rows
-
-   !> Finds the times of a history, and how many rows its motion needs: 0 if its own are near enough.
-   subroutine find_need(file, scene, t, needed)
-      character(len=*), intent(in) :: file
-      !> Scene before the run.
-      type(scene_t), intent(in) :: scene
-      !> First and last time, s.
-      real(wp), intent(out) :: t(2), needed
-      type(recorded_t) :: history
-      character(len=:), allocatable :: problem
-      real(wp) :: largest, fastest
-      integer :: i, row, rows
-      logical :: found
-      call find_turns(file, largest, row, history, found)
-      fastest = norm2(angular_velocity(scene%system, scene%initial))
-      if (found) fastest = max(fastest, maxval([(norm2(history%values(i, 2:)), i=1, size(history%values, 1))]))
-      if (.not. found) call read_history(file, [character(len=name_length) ::], history, problem)
-      t = scene%initial%t
-      needed = 0.0_wp
-      rows = size(history%values, 1)
-      if (rows < 2) return
-      t = [history%values(1, 1), history%values(rows, 1)]
-      if (.not. found) largest = fastest*abs(t(2) - t(1))/(rows - 1)
-      if (largest > too_far) needed = fastest*abs(t(2) - t(1))/near
-   end subroutine find_need
-
-   !> Runs a scene and keeps its rows.
-   subroutine run_again(scene, rows, sampled)
-      type(scene_t), intent(inout) :: scene
-      !> Greatest number of rows.
-      integer, intent(in) :: rows
-      !> Rows of the run; not allocated if it failed.
-      type(recorded_t), allocatable, intent(out) :: sampled
-      type(run_t) :: run
-      type(row_keeper_t) :: keeper
-      type(status_t) :: status
-      integer :: exit_code
-      exit_code = EXIT_SUCCESS
-      call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
-      if (status%ok()) call run%set_events(scene%events, scene%system, status)
-      if (status%ok()) call propagate_free_parameters(scene, run, exit_code)
-      if (status%ok()) call run%follow_chaos(scene%chaos, scene%system, status)
-      if (status%ok()) call run%find_steps(scene%system, status, keeper)
-      if (status%ok()) call keeper%columns%choose(scene%output%columns, status, scene%output%degrees, &
-                                                  scene%system%effects, scene%propagated())
-      if (.not. status%ok() .or. exit_code /= EXIT_SUCCESS) return
-      allocate (keeper%values(keeper%columns%width, rows))
-      keeper%rows = 0
-      keeper%observes_every_step = keeper%columns%follows_steps
-      keeper%wants_works = keeper%columns%needs_works
-      keeper%wants_tangent = keeper%columns%differentiates
-      call keeper%columns%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
-                                scene%plan%end_time < scene%initial%t)
-      call run%run_to_end(scene%system, status, keeper)
-      if (.not. status%ok() .or. keeper%rows < 2) return
-      allocate (sampled)
-      sampled%names = [character(len=name_length) :: split_list(keeper%columns%header())]
-      sampled%values = transpose(keeper%values(:, :keeper%rows))
-   end subroutine run_again
 
    !> Keeps a row; those of trial runs are passed over.
    subroutine keep_row(self, system, state, record, status)

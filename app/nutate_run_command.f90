@@ -56,10 +56,10 @@ contains
 
       call load_scene(command, scene, exit_code)
       if (exit_code == EXIT_SUCCESS) scene%output%columns = usual_sets(scene)
-      if (exit_code == EXIT_SUCCESS) call load_checkpoint(command, scene, archive, exit_code)
-      if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
+      if (exit_code == EXIT_SUCCESS) call load_checkpoint()
+      if (exit_code == EXIT_SUCCESS) call check_names()
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) &
-         call claim_picture(command, scene, picture, exit_code)
+         call claim_picture()
       if (exit_code /= EXIT_SUCCESS) return
       call watch_signals()
       call run_scene(command, scene, archive, exit_code)
@@ -71,26 +71,67 @@ contains
       else
          call picture%discard()
       end if
-   end subroutine run_command
 
-   !> Claims the file of the picture before any time is spent.
-   subroutine claim_picture(command, scene, picture, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      type(picture_t), intent(inout) :: picture
-      integer, intent(inout) :: exit_code
-      type(status_t) :: status
-      character(len=name_length), allocatable :: sets(:)
-      call add_picture_sets(command, scene, sets, status)
-      if (.not. status%ok()) then
-         call say_error('nutate: --plot '//printable_path(command%plot)//': '//trim(status%message))
+   contains
+
+      !> Claims the file of the picture before any time is spent.
+      subroutine claim_picture()
+         type(status_t) :: status
+         character(len=name_length), allocatable :: sets(:)
+         call add_picture_sets(command, scene, sets, status)
+         if (.not. status%ok()) then
+            call say_error('nutate: --plot '//printable_path(command%plot)//': '//trim(status%message))
+            exit_code = EXIT_INPUT
+         else if (.not. goes_to_file(scene%output%file)) then
+            call say_error('nutate: --plot needs rows in a file (expected --output FILE)', exit_code, EXIT_INPUT)
+         else
+            call open_picture(command%plot, picture, exit_code)
+         end if
+      end subroutine claim_picture
+
+      !> Reads the checkpoint that the run resumes, if there is one.
+      subroutine load_checkpoint()
+         character(len=:), allocatable :: content, problem
+         exit_code = EXIT_SUCCESS
+         if (.not. allocated(command%resume)) return
          exit_code = EXIT_INPUT
-      else if (.not. goes_to_file(scene%output%file)) then
-         call say_error('nutate: --plot needs rows in a file (expected --output FILE)', exit_code, EXIT_INPUT)
-      else
-         call open_picture(command%plot, picture, exit_code)
-      end if
-   end subroutine claim_picture
+         call read_checkpoint(command%resume, scene, content, problem)
+         if (problem == '' .and. allocated(command%output)) then
+            if (command%output /= scene%output%file) &
+               problem = 'the rows of '//printable_path(command%resume)//' are in '// &
+               printable_path(scene%output%file)// &
+                         ' (expected no other --output)'
+         end if
+         if (problem /= '') then
+            call say_error('nutate: '//problem)
+            return
+         end if
+         allocate (archive)
+         call archive%begin_reading(content)
+         exit_code = EXIT_SUCCESS
+      end subroutine load_checkpoint
+
+      !> Rejects file names that would overwrite an input, a file of another kind or each other.
+      subroutine check_names()
+         type(outputs_t) :: files
+         call files%read_scene(scene)
+         call files%add(scene%output%file, HISTORY)
+         call files%add(events_file(scene), EVENTS)
+         if (allocated(command%plot)) call files%add(command%plot, picture_kind(command%plot))
+         if (allocated(command%checkpoint)) then
+            associate (file => command%checkpoint)
+               if (files%problem == '' .and. .not. goes_to_file(scene%output%file)) then
+                  files%problem = '--checkpoint needs rows in a file (expected --output FILE)'
+               else if (files%problem == '' .and. file_exists(file) .and. .not. is_resumed(command)) then
+                  files%problem = printable_path(file)//' exists (expected --resume, or another --checkpoint)'
+               end if
+               call files%add(file, CHECKPOINT)
+            end associate
+         end if
+         call files%report(exit_code)
+      end subroutine check_names
+
+   end subroutine run_command
 
    !> Runs a scene to its summary.
    subroutine run_scene(command, scene, archive, exit_code)
@@ -112,68 +153,178 @@ contains
          call say_error(printable_path(scene%file)//': '//trim(status%message), exit_code, EXIT_INPUT)
          return
       end if
-      if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call find_steps(command, scene, run, exit_code)
-      if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call expect(command, scene, run, exit_code)
+      if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call find_steps()
+      if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call expect()
       if (exit_code /= EXIT_SUCCESS) return
       if (allocated(command%checkpoint)) then
          call watcher%checkpoint%prepare(command%checkpoint, command%every_seconds, scene, is_resumed(command))
       else if (allocated(command%resume)) then
          call watcher%checkpoint%prepare(command%resume, command%every_seconds, scene, .true.)
       end if
-      call open_history(command, scene, watcher, archive, exit_code)
-      if (exit_code == EXIT_SUCCESS .and. events_file(scene) /= '') call open_events(command, scene, watcher, &
-         archive, exit_code)
-      if (exit_code == EXIT_SUCCESS) call simulate(command, scene, run, watcher, archive, exit_code)
-   end subroutine run_scene
+      call open_history()
+      if (exit_code == EXIT_SUCCESS .and. events_file(scene) /= '') call open_events()
+      if (exit_code == EXIT_SUCCESS) call simulate()
 
-   !> Reads the checkpoint that the run resumes, if there is one.
-   subroutine load_checkpoint(command, scene, archive, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(inout) :: scene
-      !> Archive of the watcher of the interrupted run; not allocated for a run from the start.
-      type(byte_archive_t), allocatable, intent(out) :: archive
-      integer, intent(out) :: exit_code
-      character(len=:), allocatable :: content, problem
-      exit_code = EXIT_SUCCESS
-      if (.not. allocated(command%resume)) return
-      exit_code = EXIT_INPUT
-      call read_checkpoint(command%resume, scene, content, problem)
-      if (problem == '' .and. allocated(command%output)) then
-         if (command%output /= scene%output%file) &
-            problem = 'the rows of '//printable_path(command%resume)//' are in '//printable_path(scene%output%file)// &
-                      ' (expected no other --output)'
-      end if
-      if (problem /= '') then
-         call say_error('nutate: '//problem)
-         return
-      end if
-      allocate (archive)
-      call archive%begin_reading(content)
-      exit_code = EXIT_SUCCESS
-   end subroutine load_checkpoint
+   contains
 
-   !> Rejects file names that would overwrite an input, a file of another kind or each other.
-   subroutine check_names(command, scene, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      integer, intent(inout) :: exit_code
-      type(outputs_t) :: files
-      call files%read_scene(scene)
-      call files%add(scene%output%file, HISTORY)
-      call files%add(events_file(scene), EVENTS)
-      if (allocated(command%plot)) call files%add(command%plot, picture_kind(command%plot))
-      if (allocated(command%checkpoint)) then
-         associate (file => command%checkpoint)
-            if (files%problem == '' .and. .not. goes_to_file(scene%output%file)) then
-               files%problem = '--checkpoint needs rows in a file (expected --output FILE)'
-            else if (files%problem == '' .and. file_exists(file) .and. .not. is_resumed(command)) then
-               files%problem = printable_path(file)//' exists (expected --resume, or another --checkpoint)'
+      !> Finds the steps that meet the accuracy of the scene.
+      subroutine find_steps()
+         type(trial_watcher_t) :: watcher
+         type(status_t) :: status
+         call watcher%start(scene%initial%t, scene%plan%end_time, wanted=.not. command%quiet)
+         call run%find_steps(scene%system, status, watcher)
+         call watcher%progress%erase()
+         if (status%ok()) return
+         call say_error('nutate: '//printable_path(scene%file)//': a trial run failed: '//trim(status%message))
+         exit_code = EXIT_RUN
+         if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
+      end subroutine find_steps
+
+      !> Reports the expected steps and rows; rejects more rows than are written by default.
+      subroutine expect()
+         character(len=:), allocatable :: text
+         integer(long) :: rows
+         rows = rows_of(scene, known_steps(scene, run))
+         if (rows > most_rows(scene)) then
+            call say_error('nutate: '//printable_path(scene%file)//': '//too_many_rows(scene, rows), exit_code, &
+               EXIT_INPUT)
+            return
+         end if
+         text = expectation_text(scene, run)
+         if (.not. command%quiet .and. text /= '') call say_error(text)
+      end subroutine expect
+
+      !> Opens the history, or continues the history of an archive.
+      subroutine open_history()
+         type(status_t) :: status
+         character(len=:), allocatable :: rows
+         watcher%file%stop_flag = signal_flag()
+         associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
+            if (allocated(archive)) then
+               call watcher%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
+                                           scene%output%degrees, scene%output%digits, &
+                                           scene%plan%end_time < scene%initial%t, scene%output%epoch, &
+                                           scene%propagated())
+            else
+               call watcher%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
+                                         scene%output%degrees, scene%output%digits, &
+                                         scene%plan%end_time < scene%initial%t, scene%output%epoch, &
+                                         scene%propagated())
             end if
-            call files%add(file, CHECKPOINT)
          end associate
-      end if
-      call files%report(exit_code)
-   end subroutine check_names
+         if (status%ok()) return
+         if (allocated(archive)) then
+            rows = scene%output%file
+            if (allocated(watcher%file%partial)) rows = watcher%file%partial
+            call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(rows)// &
+                           ': '//trim(status%message), exit_code, EXIT_INPUT)
+         else if (caught_signal() /= 0) then
+            call report_signal(scene)
+            exit_code = EXIT_SIGNAL + caught_signal()
+         else
+            call report_output(scene, status, '')
+            exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
+         end if
+      end subroutine open_history
+
+      !> Opens the file of the events, or continues that of an archive. On failure, the history is abandoned too.
+      subroutine open_events()
+         type(status_t) :: status, closing
+         character(len=:), allocatable :: name
+         name = events_file(scene)
+         watcher%events%file%stop_flag = signal_flag()
+         if (allocated(archive)) then
+            call watcher%events%reopen(name, archive, status)
+         else
+            call watcher%events%open(name, watcher%history_t, status)
+         end if
+         if (status%ok()) return
+         call watcher%abandon(closing)
+         if (allocated(archive)) then
+            call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(name)// &
+                           ': '//trim(status%message), exit_code, EXIT_INPUT)
+         else
+            call report_file(name, status, exit_code)
+         end if
+      end subroutine open_events
+
+      !> Integrates and ends the history, complete or not.
+      subroutine simulate()
+         type(status_t) :: status
+
+         watcher%max_rows = command%max_rows
+         call watcher%start(scene%system, scene%initial, scene%plan, scene%integrator, command%quiet)
+         if (allocated(archive)) call resume(status)
+         if (status%ok()) call run%run_to_end(scene%system, status, watcher)
+         call watcher%progress%erase()
+         if (status%ok()) then
+            call complete()
+         else
+            call give_up(status)
+         end if
+      end subroutine simulate
+
+      !> Gives the watcher its part of an archive, and the run the rest.
+      subroutine resume(status)
+         type(status_t), intent(out) :: status
+         type(byte_archive_t) :: inner
+         character(len=:), allocatable :: content
+         call watcher%resume(archive)
+         content = ''
+         call archive%transfer(content)
+         call inner%begin_reading(content)
+         call run%resume(inner, status)
+      end subroutine resume
+
+      !> Gives a complete history its name and shows the summary of the run.
+      subroutine complete()
+         type(status_t) :: status
+         exit_code = EXIT_SUCCESS
+         if (watcher%events%wanted) call watcher%events%file%finish(status)
+         if (.not. status%ok()) then
+            call report_file(events_file(scene), status, exit_code)
+            call watcher%abandon(status)
+            return
+         end if
+         call watcher%finish(status)
+         if (.not. status%ok()) then
+            exit_code = EXIT_OUTPUT
+            call report_output(scene, status, kept_rows(watcher, status))
+            return
+         end if
+         call watcher%checkpoint%remove(status)
+         if (.not. status%ok()) then
+            exit_code = EXIT_OUTPUT
+            call report_checkpoint('remove', watcher, status, '')
+         end if
+         if (.not. command%quiet) call show_page(summary_page(scene, watcher, run), STANDARD_ERROR, exit_code)
+      end subroutine complete
+
+      !> Ends an incomplete history, and reports why it is incomplete.
+      subroutine give_up(status)
+         !> Status that ended the run.
+         type(status_t), intent(in) :: status
+         type(status_t) :: closing
+         if (watcher%events%wanted) call watcher%events%file%abandon(closing)
+         call watcher%abandon(closing)
+         if (status%code == NUTATE_STOPPED .or. (status%code == NUTATE_IO .and. caught_signal() /= 0 .and. &
+                                                 .not. goes_to_file(scene%output%file))) then
+            exit_code = EXIT_SIGNAL + caught_signal()
+            call report_signal(scene, watcher, run%state%t, run%summary, closing)
+         else if (.not. watcher%checkpoint_status%ok()) then
+            exit_code = EXIT_OUTPUT
+            if (status%code == NUTATE_BAD_ARGUMENT) exit_code = EXIT_INPUT
+            call report_checkpoint('write', watcher, status, kept_rows(watcher, closing))
+         else if (status%code == NUTATE_IO) then
+            exit_code = EXIT_OUTPUT
+            call report_output(scene, status, kept_rows(watcher, closing))
+         else
+            exit_code = EXIT_RUN
+            call report_failure(scene, watcher, run%state%t, run%summary, status, closing)
+         end if
+      end subroutine give_up
+
+   end subroutine run_scene
 
    !> Returns true if the run writes its checkpoints to the file that it resumes.
    logical function is_resumed(command)
@@ -181,78 +332,6 @@ contains
       is_resumed = .false.
       if (allocated(command%resume)) is_resumed = same_file(command%resume, command%checkpoint)
    end function is_resumed
-
-   !> Finds the steps that meet the accuracy of the scene.
-   subroutine find_steps(command, scene, run, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      type(run_t), intent(inout) :: run
-      integer, intent(inout) :: exit_code
-      type(trial_watcher_t) :: watcher
-      type(status_t) :: status
-      call watcher%start(scene%initial%t, scene%plan%end_time, wanted=.not. command%quiet)
-      call run%find_steps(scene%system, status, watcher)
-      call watcher%progress%erase()
-      if (status%ok()) return
-      call say_error('nutate: '//printable_path(scene%file)//': a trial run failed: '//trim(status%message))
-      exit_code = EXIT_RUN
-      if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
-   end subroutine find_steps
-
-   !> Reports the expected steps and rows; rejects more rows than are written by default.
-   subroutine expect(command, scene, run, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      type(run_t), intent(in) :: run
-      integer, intent(inout) :: exit_code
-      character(len=:), allocatable :: text
-      integer(long) :: rows
-      rows = rows_of(scene, known_steps(scene, run))
-      if (rows > most_rows(scene)) then
-         call say_error('nutate: '//printable_path(scene%file)//': '//too_many_rows(scene, rows), exit_code, EXIT_INPUT)
-         return
-      end if
-      text = expectation_text(scene, run)
-      if (.not. command%quiet .and. text /= '') call say_error(text)
-   end subroutine expect
-
-   !> Opens the history, or continues the history of an archive.
-   subroutine open_history(command, scene, watcher, archive, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      type(run_watcher_t), intent(inout) :: watcher
-      type(byte_archive_t), allocatable, intent(inout) :: archive
-      integer, intent(inout) :: exit_code
-      type(status_t) :: status
-      character(len=:), allocatable :: rows
-      watcher%file%stop_flag = signal_flag()
-      associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
-         if (allocated(archive)) then
-            call watcher%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
-                                        scene%output%degrees, scene%output%digits, &
-                                        scene%plan%end_time < scene%initial%t, scene%output%epoch, &
-                                        scene%propagated())
-         else
-            call watcher%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
-                                      scene%output%degrees, scene%output%digits, &
-                                      scene%plan%end_time < scene%initial%t, scene%output%epoch, &
-                                      scene%propagated())
-         end if
-      end associate
-      if (status%ok()) return
-      if (allocated(archive)) then
-         rows = scene%output%file
-         if (allocated(watcher%file%partial)) rows = watcher%file%partial
-         call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(rows)// &
-                        ': '//trim(status%message), exit_code, EXIT_INPUT)
-      else if (caught_signal() /= 0) then
-         call report_signal(scene)
-         exit_code = EXIT_SIGNAL + caught_signal()
-      else
-         call report_output(scene, status, '')
-         exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
-      end if
-   end subroutine open_history
 
    !> Returns the path of the file of the events; blank if there are no events.
    function events_file(scene) result(name)
@@ -263,140 +342,6 @@ contains
       name = scene%output%events
       if (name == '') name = events_name(scene%output%file)
    end function events_file
-
-   !> Opens the file of the events, or continues that of an archive. On failure, the history is abandoned too.
-   subroutine open_events(command, scene, watcher, archive, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      type(run_watcher_t), intent(inout) :: watcher
-      type(byte_archive_t), allocatable, intent(inout) :: archive
-      integer, intent(inout) :: exit_code
-      type(status_t) :: status, closing
-      character(len=:), allocatable :: name
-      name = events_file(scene)
-      watcher%events%file%stop_flag = signal_flag()
-      if (allocated(archive)) then
-         call watcher%events%reopen(name, archive, status)
-      else
-         call watcher%events%open(name, watcher%history_t, status)
-      end if
-      if (status%ok()) return
-      call watcher%abandon(closing)
-      if (allocated(archive)) then
-         call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(name)// &
-                        ': '//trim(status%message), exit_code, EXIT_INPUT)
-      else
-         call report_file(name, status, exit_code)
-      end if
-   end subroutine open_events
-
-   !> Ends the file of the events: complete, with its name, or abandoned. Errors: `NUTATE_IO`.
-   subroutine close_events(watcher, is_complete, status)
-      type(run_watcher_t), intent(inout) :: watcher
-      logical, intent(in) :: is_complete
-      type(status_t), intent(inout) :: status
-      if (.not. watcher%events%wanted) return
-      if (is_complete) then
-         call watcher%events%file%finish(status)
-      else
-         call watcher%events%file%abandon(status)
-      end if
-   end subroutine close_events
-
-   !> Integrates and ends the history, complete or not.
-   subroutine simulate(command, scene, run, watcher, archive, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      type(run_t), intent(inout) :: run
-      type(run_watcher_t), intent(inout) :: watcher
-      !> Archive of the watcher of the interrupted run; not allocated for a run from the start.
-      type(byte_archive_t), allocatable, intent(inout) :: archive
-      integer, intent(out) :: exit_code
-      type(status_t) :: status
-
-      watcher%max_rows = command%max_rows
-      call watcher%start(scene%system, scene%initial, scene%plan, scene%integrator, command%quiet)
-      if (allocated(archive)) call resume(run, watcher, archive, status)
-      if (status%ok()) call run%run_to_end(scene%system, status, watcher)
-      call watcher%progress%erase()
-      if (status%ok()) then
-         call complete(command, scene, watcher, run, exit_code)
-      else
-         call give_up(scene, run, watcher, status, exit_code)
-      end if
-   end subroutine simulate
-
-   !> Gives the watcher its part of an archive, and the run the rest.
-   subroutine resume(run, watcher, archive, status)
-      type(run_t), intent(inout) :: run
-      type(run_watcher_t), intent(inout) :: watcher
-      type(byte_archive_t), intent(inout) :: archive
-      type(status_t), intent(out) :: status
-      type(byte_archive_t) :: inner
-      character(len=:), allocatable :: content
-      call watcher%resume(archive)
-      content = ''
-      call archive%transfer(content)
-      call inner%begin_reading(content)
-      call run%resume(inner, status)
-   end subroutine resume
-
-   !> Gives a complete history its name and shows the summary of the run.
-   subroutine complete(command, scene, watcher, run, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(in) :: scene
-      type(run_watcher_t), intent(inout) :: watcher
-      type(run_t), intent(in) :: run
-      integer, intent(out) :: exit_code
-      type(status_t) :: status
-      exit_code = EXIT_SUCCESS
-      call close_events(watcher, .true., status)
-      if (.not. status%ok()) then
-         call report_file(events_file(scene), status, exit_code)
-         call watcher%abandon(status)
-         return
-      end if
-      call watcher%finish(status)
-      if (.not. status%ok()) then
-         exit_code = EXIT_OUTPUT
-         call report_output(scene, status, kept_rows(watcher, status))
-         return
-      end if
-      call watcher%checkpoint%remove(status)
-      if (.not. status%ok()) then
-         exit_code = EXIT_OUTPUT
-         call report_checkpoint('remove', watcher, status, '')
-      end if
-      if (.not. command%quiet) call show_page(summary_page(scene, watcher, run), STANDARD_ERROR, exit_code)
-   end subroutine complete
-
-   !> Ends an incomplete history, and reports why it is incomplete.
-   subroutine give_up(scene, run, watcher, status, exit_code)
-      type(scene_t), intent(in) :: scene
-      type(run_t), intent(in) :: run
-      type(run_watcher_t), intent(inout) :: watcher
-      !> Status that ended the run.
-      type(status_t), intent(in) :: status
-      integer, intent(out) :: exit_code
-      type(status_t) :: closing
-      call close_events(watcher, .false., closing)
-      call watcher%abandon(closing)
-      if (status%code == NUTATE_STOPPED .or. (status%code == NUTATE_IO .and. caught_signal() /= 0 .and. &
-                                              .not. goes_to_file(scene%output%file))) then
-         exit_code = EXIT_SIGNAL + caught_signal()
-         call report_signal(scene, watcher, run%state%t, run%summary, closing)
-      else if (.not. watcher%checkpoint_status%ok()) then
-         exit_code = EXIT_OUTPUT
-         if (status%code == NUTATE_BAD_ARGUMENT) exit_code = EXIT_INPUT
-         call report_checkpoint('write', watcher, status, kept_rows(watcher, closing))
-      else if (status%code == NUTATE_IO) then
-         exit_code = EXIT_OUTPUT
-         call report_output(scene, status, kept_rows(watcher, closing))
-      else
-         exit_code = EXIT_RUN
-         call report_failure(scene, watcher, run%state%t, run%summary, status, closing)
-      end if
-   end subroutine give_up
 
    !> Starts the clock.
    subroutine start(self, t_first, end_time, wanted)

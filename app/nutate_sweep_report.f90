@@ -195,63 +195,59 @@ contains
          call page%item('wall time', rounded_text(seconds, 3)//' s, '// &
                         rounded_text(real(members - max(watcher%before, 0_long), wp)/seconds, 3)//' members a second')
       end if
-      call add_members(page, scene, sums, first_failed)
-      call add_fields(page, layout, sums)
+      call add_members()
+      call add_fields()
       call page%item('arithmetic', arithmetic_in_words())
       call page%item(merge('rows', 'mean', scene%ensemble%keeps_rows), &
                      plural(int(layout%width(), long), 'field')//' in '//printable_path(name))
       call show_page(page, STANDARD_ERROR, shown)
+
+   contains
+
+      !> Adds the number of members with each status, and the first that failed.
+      subroutine add_members()
+         type(member_t) :: member
+         type(status_t) :: status
+         integer :: i
+         call page%item('members', plural(sum(sums%codes), 'member')//' of '//count_text(scene%ensemble%members))
+         do i = 0, size(sums%codes) - 1
+            if (sums%codes(i) > 0) call page%item('  status '//count_text(i), &
+                                                  count_text(sums%codes(i))//': '//status_in_words(i))
+         end do
+         if (first_failed == 0) return
+         call member%prepare(scene)
+         call member%set_values(scene%ensemble, first_failed, status)
+         if (status%ok()) then
+            call page%item('  the first', 'member '//count_text(first_failed)//' (nutate sweep --member '// &
+                           count_text(first_failed)//' shows it)')
+         else
+            call page%item('  the first', 'member '//count_text(first_failed)//': '//trim(status%message))
+         end if
+      end subroutine add_members
+
+      !> Adds mean, deviation and extremes of every field.
+      subroutine add_fields()
+         type(table_t) :: table
+         integer :: i
+         if (sums%codes(0) == 0) return
+         table%indent = 4
+         call table%add_column('field')
+         call table%add_column('mean', digits=6)
+         call table%add_column('deviation', digits=3)
+         call table%add_column('least', digits=6)
+         call table%add_column('greatest', digits=6)
+         do i = 3, layout%width()
+            if (sums%count(i) == 0) cycle
+            call table%add_row()
+            call table%put(layout%names(i))
+            call table%put(sums%mean(i))
+            call table%put(sums%deviation(i))
+            call table%put(sums%least(i))
+            call table%put(sums%greatest(i))
+         end do
+         call page%line(table%text())
+      end subroutine add_fields
+
    end subroutine show_summary
-
-   !> Adds the number of members with each status, and the first that failed.
-   subroutine add_members(page, scene, sums, first_failed)
-      type(page_t), intent(inout) :: page
-      type(scene_t), intent(in) :: scene
-      type(sweep_sums_t), intent(in) :: sums
-      integer(long), intent(in) :: first_failed
-      type(member_t) :: member
-      type(status_t) :: status
-      integer :: i
-      call page%item('members', plural(sum(sums%codes), 'member')//' of '//count_text(scene%ensemble%members))
-      do i = 0, size(sums%codes) - 1
-         if (sums%codes(i) > 0) call page%item('  status '//count_text(i), &
-                                               count_text(sums%codes(i))//': '//status_in_words(i))
-      end do
-      if (first_failed == 0) return
-      call member%prepare(scene)
-      call member%set_values(scene%ensemble, first_failed, status)
-      if (status%ok()) then
-         call page%item('  the first', 'member '//count_text(first_failed)//' (nutate sweep --member '// &
-                        count_text(first_failed)//' shows it)')
-      else
-         call page%item('  the first', 'member '//count_text(first_failed)//': '//trim(status%message))
-      end if
-   end subroutine add_members
-
-   !> Adds mean, deviation and extremes of every field.
-   subroutine add_fields(page, layout, sums)
-      type(page_t), intent(inout) :: page
-      type(row_layout_t), intent(in) :: layout
-      type(sweep_sums_t), intent(in) :: sums
-      type(table_t) :: table
-      integer :: i
-      if (sums%codes(0) == 0) return
-      table%indent = 4
-      call table%add_column('field')
-      call table%add_column('mean', digits=6)
-      call table%add_column('deviation', digits=3)
-      call table%add_column('least', digits=6)
-      call table%add_column('greatest', digits=6)
-      do i = 3, layout%width()
-         if (sums%count(i) == 0) cycle
-         call table%add_row()
-         call table%put(layout%names(i))
-         call table%put(sums%mean(i))
-         call table%put(sums%deviation(i))
-         call table%put(sums%least(i))
-         call table%put(sums%greatest(i))
-      end do
-      call page%line(table%text())
-   end subroutine add_fields
 
 end module nutate_sweep_report
