@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Iterable, NamedTuple, Optional, Union
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
@@ -45,8 +45,6 @@ class History(KnownAttributes, dict):  # type: ignore[type-arg]
     (True, 'flip')
     """
 
-    events: list[Event]
-    """Events that the run located, in the order of time."""
     estimated_error: Optional[float] = None
     """Estimated attitude error at the end, rad; None after a run without an accuracy."""
     round_off: Optional[float] = None
@@ -60,10 +58,12 @@ class History(KnownAttributes, dict):  # type: ignore[type-arg]
     fli: Optional[float] = None
     """Fast Lyapunov indicator; None without &chaos."""
 
-    def __init__(self, columns: Union[dict[str, Array], Iterable[tuple[str, Array]]], events: list[Event]) -> None:
-        dict.__init__(self, columns)
-        # Without the test of the name: a short run takes little longer.
-        self.__dict__["events"] = events
+    @property
+    def events(self) -> list[Event]:
+        """Events that the run located, in the order of time."""
+        # Made when it is asked for: a short run takes little longer than its steps.
+        events: list[Event] = self.__dict__.setdefault("_events", [])
+        return events
 
     def _take_accuracy(self, estimated_error: float, round_off: float, accuracy: float) -> None:
         """Stores the results of a run with an accuracy."""

@@ -179,7 +179,7 @@ SUMMARY, ERRORS_FROM = struct.Struct("5q3d"), struct.calcsize("5q")
 def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[History, int]:
     """Returns the columns of a history of the library and its number of uncertified steps, and frees the history."""
     if not handle:
-        return History({}, []), 0
+        return History(), 0
     try:
         written = ctypes.create_string_buffer(SUMMARY.size)
         address = ctypes.addressof(written)
@@ -190,7 +190,8 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
             check(library.nutate_history_values(handle, pointer(values), values.size))
         if names is None:
             names = [name_of(library.nutate_history_name, handle, i) for i in range(n_columns)]
-        history = History(zip(names, values.T), take_events(library.nutate_history_event, handle, n_events))
+        history = History(zip(names, values.T))
+        history._events = take_events(library.nutate_history_event, handle, n_events)
         if errors[2] > 0:
             history._take_accuracy(*errors)
         if n_exponents:
@@ -201,7 +202,7 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
 
 
 # The struct nutate_row_run: what is set for a run, the array for its rows, and the results, with their offsets.
-PLAN, ARRAY, RESULTS = struct.Struct("dqdQQ"), struct.Struct("QQ"), struct.Struct("5q3dQ")
+PLAN, ARRAY, RESULTS = struct.Struct("dqdQQ"), struct.Struct("QQ"), struct.Struct("q32x3dQ")
 RESULTS_FROM = PLAN.size + ARRAY.size
 # Rows for which the array has room; a run with more makes a history of the library.
 ROOM = 64
@@ -220,19 +221,21 @@ class RowRun:
     def plan(self, end_time: float, every: int, interval: float, times: Optional[Array]) -> None:
         """Sets what the run needs; `times` must live as long as the run."""
         try:
-            given = (0, 0) if times is None else (times.ctypes.data, times.size)
-            PLAN.pack_into(self._run, 0, end_time, every, interval, *given)
+            if times is None:
+                PLAN.pack_into(self._run, 0, end_time, every, interval, 0, 0)
+            else:
+                PLAN.pack_into(self._run, 0, end_time, every, interval, times.ctypes.data, times.size)
         except struct.error as error:
             raise refusal(f"every is {every} (expected 1 to {2**63 - 1})") from error
 
     def take(self) -> History:
         """Returns the rows and results of the last run."""
-        n_rows, _, _, _, _, *errors, history = RESULTS.unpack_from(self._run, RESULTS_FROM)
+        n_rows, estimated_error, round_off, accuracy, history = RESULTS.unpack_from(self._run, RESULTS_FROM)
         if history:
             return take_history(ctypes.c_void_p(history), self.names)[0]
-        rows = History(zip(self.names, self._rows[:n_rows].T.copy()), [])
-        if errors[2] > 0:
-            rows._take_accuracy(*errors)
+        rows = History(zip(self.names, self._rows[:n_rows].T.copy()))
+        if accuracy > 0:
+            rows._take_accuracy(estimated_error, round_off, accuracy)
         return rows
 
 

@@ -452,7 +452,7 @@ def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[Histor
     except NutateError as error:
         if error.status not in STEPS_FAILED or not len(error.history.get("t", ())):
             raise
-        return History(error.history, []), error
+        return History(error.history), error
 
 
 def errors_of(stepper: Stepper, columns: dict[str, Array], attitude: Optional[float]) -> dict[str, float]:
