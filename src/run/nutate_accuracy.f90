@@ -178,8 +178,6 @@ contains
          progress%summary%estimate = progress%summary%round_off
          return
       end if
-      search%drifts = system%effects%n_works() > 0
-      search%leverage = abs(progress%plan%end_time - progress%state%t)/minval(system%body%moments)
       call set_first_pair(search, control%equal)
       call compare_runs()
       if (.not. status%ok()) return
@@ -196,6 +194,8 @@ contains
       subroutine compare_runs()
          logical :: done
          integer :: round
+         search%drifts = system%effects%n_works() > 0
+         search%leverage = abs(progress%plan%end_time - progress%state%t)/minval(system%body%moments)
          fresh = .true.
          do round = 1, most_rounds
             if (fresh) call run_noisy()

@@ -51,9 +51,8 @@ module nutate_torque_series
       logical, allocatable, private :: by_moment(:)
       !> Slots of the torques that have a general series, negative in space axes; 0 for a linear one.
       integer, allocatable :: torque_slot(:)
-      !> True for torques that depend on time alone, shape (number of torques); sum of their series, N m, body axes.
+      !> True for torques that depend on time alone; shape (number of torques).
       logical, allocatable, private :: is_timed(:)
-      real(wp), allocatable :: timed(:, :)
       !> D of each linear torque that acts, N m s, before zeros; shape (4,3, number of torques).
       real(wp), allocatable :: drags(:, :, :)
       !> True for slots whose n is fixed and not zero.
@@ -191,7 +190,7 @@ contains
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer :: i, n
-      if (allocated(self%slot)) deallocate (self%slot, self%by_moment, self%torque_slot, self%is_timed, self%timed, &
+      if (allocated(self%slot)) deallocate (self%slot, self%by_moment, self%torque_slot, self%is_timed, &
                                             self%components, self%gamma, self%auxiliary, self%drag, self%omega, &
                                             self%rates, self%torque, self%works, self%mover, self%moving)
       if (allocated(self%derivative)) deallocate (self%derivative)
@@ -238,7 +237,7 @@ contains
       self%varies = effects%varies
       n = -1
       if (self%has_more .or. self%n_lanes > 0) n = highest_order
-      allocate (self%omega(3, 0:n), self%rates(4, 0:n), self%timed(3, 0:n), source=0.0_wp)
+      allocate (self%omega(3, 0:n), self%rates(4, 0:n), source=0.0_wp)
       if (self%varies) allocate (self%absolute(3, 0:n), source=0.0_wp)
       allocate (self%torque(4, 0:highest_order, self%n_lanes), source=0.0_wp)
       allocate (self%works(lanes, 0:highest_order, (self%n_lanes + lanes - 1)/lanes), source=0.0_wp)
@@ -329,11 +328,11 @@ contains
       call add_potentials(self, effects, k, t, time_unit, tau, moved)
       if (self%varies) moved = moved + inertia_push(k, time_unit, self%inertia, self%absolute)
       if (self%n_lanes > size(acts)) self%torque(1:3, k, self%n_lanes) = moved
-      if (size(acts) > 0) tau = tau + self%timed(:, k)
       do i = 1, size(acts)
-         if (self%is_timed(i)) cycle
          n = abs(self%torque_slot(i))
-         if (.not. acts(i)) then
+         if (self%is_timed(i)) then
+            one = self%torque(1:3, k, i)
+         else if (.not. acts(i)) then
             one = 0.0_wp
          else if (n == 0) then
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
@@ -546,16 +545,12 @@ contains
       !> Start and unit of time of the series, s.
       real(wp), intent(in) :: t, time_unit
       logical, intent(in) :: acts(:)
-      real(wp) :: tau(3, 0:highest_order)
-      integer :: i, n
-      call clear(3, 1, self%order, self%timed)
+      integer :: i
       call clear(4, size(self%torque, 3), self%order, self%torque)
       do i = 1, size(acts)
          if (.not. (self%is_timed(i) .and. acts(i))) cycle
-         n = self%torque_slot(i)
          call effects%torques(i)%item%time_series( &
-            t, time_unit, self%auxiliary(n)%values, tau(:, :self%order))
-         call keep_timed(self%order, tau, self%torque(:, :, i), self%timed)
+            t, time_unit, self%auxiliary(self%torque_slot(i))%values, self%torque(1:3, :self%order, i))
       end do
    end subroutine expand_timed
 
@@ -568,19 +563,6 @@ contains
          x(:, :order, g) = 0.0_wp
       end do
    end subroutine clear
-
-   !> Stores a torque that depends on time alone, and adds it to the sum of these.
-   pure subroutine keep_timed(order, tau, torque, timed)
-      integer, intent(in) :: order
-      !> N m, body axes.
-      real(wp), intent(in) :: tau(3, 0:highest_order)
-      real(wp), intent(inout) :: torque(4, 0:highest_order), timed(3, 0:highest_order)
-      integer :: k
-      do k = 0, order
-         torque(1:3, k) = tau(:, k)
-         timed(:, k) = timed(:, k) + tau(:, k)
-      end do
-   end subroutine keep_timed
 
    !> The series of each n that moves.
    pure subroutine expand_directions(self, effects, t, time_unit)
