@@ -319,19 +319,26 @@ PLAIN = frozenset((float, int, bool, np.float64, np.int64))
 
 
 # Units that xarray and pandas may name in attrs: coherent ones of the SI, with powers, and those of angles where degrees are expected.
-WORDS = (r"(?:rad(?:ians?)?|s(?:ec(?:onds?)?)?|m(?:et(?:er|re)s?)?|kg|kilograms?|N|newtons?|Nms?|J|joules?|T|teslas?|A|amperes?|"
-         r"dimensionless|per|unit|or)")
-SI_UNITS = re.compile(rf"1?(?:[\s.·*/()]|{WORDS}(?:(?:\^|\*\*)?[-+⁻]?[\d¹²³])?(?![^\W_]))*")
-DEGREE_UNITS = re.compile(r"(?:(?:°|deg(?:rees?)?)(?:\s*(?:/|per|\*)?\s*s(?:ec(?:onds?)?)?(?:(?:\^|\*\*)?-1)?)?)?")
+WORDS = (r"(?:rad(?:ians?)?|s(?:ec(?:onds?)?)?|m(?:et(?:er|re)s?)?|kg|kilograms?|N|newtons?|Nms?|J|joules?|W|watts?|Pa|T|teslas?|A|amperes?|"
+         r"C|coulombs?|V|volts?|dimensionless|per|unit|or)")
+SI_UNITS = re.compile(rf"1?(?:[\s.·⋅*/()]|{WORDS}(?:(?:\s*(?:\^|\*\*)\s*)?[-+⁻]?[\d¹²³])?(?![^\W_]))*")
+DEGREE_UNITS = re.compile(r"(?:(?:°|deg(?:rees?)?)(?:\s*(?:/|per|\*)?\s*s(?:ec(?:onds?)?)?(?:(?:\^|\*\*)?-1)?)?(?:\s+per unit)?)?")
 
 
 def attributed_units(values: Any) -> list[str]:
     """The units in the attributes of an object of xarray, pandas or h5py; pandas has those of all columns by their names."""
-    units = values.attrs.get("units", "") if hasattr(values.attrs, "get") else ""
+    units = values.attrs.get("units") if hasattr(values.attrs, "get") else None
     if isinstance(units, Mapping):
         names = getattr(values, "columns", None)
         return [str(units.get(name, "")) for name in ([getattr(values, "name", None)] if names is None else names)]
-    return [units.decode() if isinstance(units, bytes) else str(units)]
+    if isinstance(units, np.ndarray) and units.size == 1:
+        units = units.item()
+    return ["" if units is None else units.decode() if isinstance(units, bytes) else str(units)]
+
+
+def names_degrees(values: Any) -> bool:
+    """True for an object whose attributes name degrees, or degrees per second."""
+    return hasattr(values, "attrs") and any(unit.strip() and DEGREE_UNITS.fullmatch(unit.strip()) for unit in attributed_units(values))
 
 
 def is_expected(unit: str, degrees: bool) -> bool:
@@ -339,9 +346,9 @@ def is_expected(unit: str, degrees: bool) -> bool:
     return bool(SI_UNITS.fullmatch(unit) and not (degrees and "rad" in unit) or degrees and DEGREE_UNITS.fullmatch(unit))
 
 
-def refuse_units(values: Any, name: str, degrees: bool = False) -> None:
+def refuse_units(values: Any, name: str, degrees: Optional[bool] = False) -> None:
     """Rejects quantities of astropy, pint and unyt, also in lists: NumPy would ignore their unit; other units in attributes than those of
-    the SI or, if `degrees`, degrees; and masked values in lists."""
+    the SI or, if `degrees`, degrees, or none if it is None; and masked values in lists."""
     if type(values) in (tuple, list):
         if PLAIN.issuperset(map(type, values)):
             return
@@ -353,7 +360,7 @@ def refuse_units(values: Any, name: str, degrees: bool = False) -> None:
     # An xarray.DataArray shows its attributes, and those of a history have the unit that is expected.
     if hasattr(values, "attrs"):
         for unit in attributed_units(values):
-            if not is_expected(unit.strip(), degrees):
+            if degrees is not None and not is_expected(unit.strip(), degrees):
                 raise refusal(f"{name} has the unit {unit!r} (expected {'degrees' if degrees else 'SI units and radians'}; "
                               "convert it, and correct attrs['units'])")
         values = getattr(values, "data", None)
@@ -361,7 +368,7 @@ def refuse_units(values: Any, name: str, degrees: bool = False) -> None:
         raise refusal(f"{name} has a unit (expected numbers without one, in the documented unit)")
 
 
-def doubles(values: Any, name: str, degrees: bool = False) -> Array:
+def doubles(values: Any, name: str, degrees: Optional[bool] = False) -> Array:
     """A contiguous array of doubles. Masked, complex and calendar values are rejected: NumPy would convert what is under the mask,
     the real part, and a count of some unit of time; quantities with a unit, too."""
     if type(values) is np.ndarray and values.dtype is FLOAT:

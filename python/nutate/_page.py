@@ -208,7 +208,10 @@ def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System]
         else:
             rows, overview = columns, columns
     else:
-        rows = columns_of_motion(motion, [name for name in motion if re.fullmatch(SHOWN, name)])
+        if "t" not in motion:
+            raise refusal("there is no column 't' (expected the times of the rows)")
+        shown = [name for name in motion if isinstance(name, str) and name != "t" and re.fullmatch(SHOWN, name)]
+        rows = columns_of_motion(motion, ["t", *shown])
         overview = rows
         if start is not None:
             kept = (rows["t"] - start) * np.sign(rows["t"][-1] - rows["t"][0]) >= 0

@@ -19,8 +19,8 @@ from ._library import Array, check, doubles, library, pointer, quaternion, refus
 from .systems import System
 
 
-def _rows(values: Any, shape: tuple[int, ...], name: str, degrees: bool = False) -> Array:
-    """Numbers of the shape, or an array of these along a leading axis."""
+def _rows(values: Any, shape: tuple[int, ...], name: str, degrees: Optional[bool] = False) -> Array:
+    """Numbers of the shape, or an array of these along a leading axis; in any unit if `degrees` is None."""
     array = doubles(values, name, degrees)
     if array.shape[-len(shape):] != shape or array.ndim > len(shape) + 1:
         wanted = " x ".join(str(n) for n in shape)
@@ -279,7 +279,7 @@ def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike, *, degrees: 
     >>> nutate.quat_from_axis_angle((0, 0, 2), [0, 180], degrees=True).round(12).tolist()
     [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
     """
-    return _converted("nutate_quat_from_axis_angle", (4,), (_rows(axis, (3,), "axis"), 1), (_angles(angle, degrees), 0))
+    return _converted("nutate_quat_from_axis_angle", (4,), (_rows(axis, (3,), "axis", None), 1), (_angles(angle, degrees), 0))
 
 
 def axis_angle_from_quat(q: Any, *, degrees: bool = False) -> tuple[Array, Any]:
@@ -456,7 +456,7 @@ def rotate_to_space(q: Any, v: npt.ArrayLike) -> Array:
     >>> nutate.rotate_to_space([0, 1, 0, 0], (1, 2, 3)).tolist()
     [1.0, -2.0, -3.0]
     """
-    return _converted("nutate_rotate_to_space", (3,), (_quaternions(q), 1), (_rows(v, (3,), "v"), 1))
+    return _converted("nutate_rotate_to_space", (3,), (_quaternions(q), 1), (_rows(v, (3,), "v", None), 1))
 
 
 def rotate_to_body(q: Any, v: npt.ArrayLike) -> Array:
@@ -484,7 +484,7 @@ def rotate_to_body(q: Any, v: npt.ArrayLike) -> Array:
     >>> nutate.rotate_to_body([[1, 0, 0, 0], [0, 0, 0, 1]], (1, 2, 3)).tolist()
     [[1.0, 2.0, 3.0], [-1.0, -2.0, 3.0]]
     """
-    return _converted("nutate_rotate_to_body", (3,), (_quaternions(q), 1), (_rows(v, (3,), "v"), 1))
+    return _converted("nutate_rotate_to_body", (3,), (_quaternions(q), 1), (_rows(v, (3,), "v", None), 1))
 
 
 def attitude_distance(a: Any, b: Any, *, degrees: bool = False) -> Any:

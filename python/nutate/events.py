@@ -61,9 +61,13 @@ class History(KnownAttributes, dict):  # type: ignore[type-arg]
     @property
     def events(self) -> list[Event]:
         """Events that the run located, in the order of time."""
-        # Made when it is asked for: a short run takes little longer than its steps.
+        # The list is created at its first use, since a short run takes little longer than its steps.
         events: list[Event] = self.__dict__.setdefault("_events", [])
         return events
+
+    @events.setter
+    def events(self, events: list[Event]) -> None:
+        self._events = events
 
     def _take_accuracy(self, estimated_error: float, round_off: float, accuracy: float) -> None:
         """Stores the results of a run with an accuracy."""

@@ -14,7 +14,7 @@ from typing import Any, Callable, Iterator, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Text, answer, check, doubles, encoded, interruptible, library, pointer, refusal, text_of, ticking
+from ._library import Text, answer, check, doubles, encoded, interruptible, library, names_degrees, pointer, refusal, text_of, ticking
 from .scenes import Scene
 from .tables import reject_repeated
 
@@ -180,7 +180,8 @@ def columns_of(table: Any) -> tuple[list[str], npt.NDArray[np.float64]]:
     if not names or not all(isinstance(name, str) for name in names):
         raise refusal("table has no named columns (expected a mapping, a DataFrame or a structured array)")
     reject_repeated(names)
-    columns = [doubles(table[name], f"column {name}") for name in names]
+    # Whether a key is in degrees, its group in the scene says.
+    columns = [doubles(table[name], f"column {name}", names_degrees(table[name])) for name in names]
     try:
         numbers = np.stack(columns, axis=-1)
     except ValueError as error:

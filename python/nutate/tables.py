@@ -42,7 +42,7 @@ def reject_repeated(names: Iterable[str]) -> None:
 def columns_of_motion(motion: Mapping[str, Array], wanted: Iterable[str]) -> dict[str, Array]:
     """Columns of a motion as arrays; rejects repeated columns and wrong units in attributes."""
     reject_repeated(motion)
-    return {name: doubles(motion[name], f"column {name}", "_deg" in name) for name in wanted}
+    return {name: doubles(motion[name], f"column {name}", bool(re.search("_deg(?=/|$)", name))) for name in wanted}
 
 
 class Columns(KnownAttributes, Mapping[str, Array]):

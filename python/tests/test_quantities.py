@@ -5,6 +5,9 @@ import unittest
 import numpy as np
 
 import nutate
+from nutate._library import is_expected
+from nutate._units import UNITS
+from nutate.sweeps import columns_of
 from test_nutate import BOX, make_box
 
 
@@ -79,7 +82,7 @@ class QuantityTest(unittest.TestCase):
                 self.refuse(kind + " values", use, one)
 
     def test_units_in_attributes(self):
-        """As those of xarray, of pandas, which has them by the names of columns, and of h5py, which has bytes."""
+        """Attributes as xarray, pandas (by the names of columns) and h5py (bytes) have them."""
         class Labelled:
             def __init__(self, values, units, name=None, columns=None):
                 self.values, self.attrs, self.name = np.array(values), {"units": units}, name
@@ -113,7 +116,8 @@ class QuantityTest(unittest.TestCase):
             use({"a": "deg", "b": "rad/s"}, name="b")
             use({"a": "deg"}, name="b")
             for units in ("", "1", "rad", "radians", "rad s-1", "rad s^-1", "rad/s", "1/s", "s", "seconds", "kg", "kg m2", "kg*m**2",
-                          "N m s", "N·m", "N m or A m2", "rad/s per unit", "dimensionless", b"rad/s"):
+                          "N m s", "N·m", "N⋅m", "N m or A m2", "rad/s per unit", "dimensionless", b"rad/s", None, np.array(["rad/s"]),
+                          "kilogram * meter ** 2", "meter ** 3 / second ** 2", "C m", "V/m", "W"):
                 with self.subTest(use=name, units=units):
                     use(units)
         degrees = {"angles": lambda units: nutate.quat_from_euler(Labelled((0, 0, 90), units), degrees=True),
@@ -121,6 +125,19 @@ class QuantityTest(unittest.TestCase):
                    "rates": lambda units: nutate.omega_from_euler_rates((0, 0, 0), Labelled((0, 0, 90), units), degrees=True),
                    "inclination": lambda units: nutate.System(moments=(5, 20, 17)).add(
                        "orbit", altitude=Labelled(5e5, "m"), inclination=Labelled(90.0, units), degrees=True)}
+        # Any unit may belong to what is only rotated, and to an axis; the group of a key in a sweep says what it is in.
+        for units in ("km", "nT", "deg/s", "rad"):
+            nutate.rotate_to_space((1, 0, 0, 0), Labelled((0, 0, 1), units))
+            nutate.rotate_to_body((1, 0, 0, 0), Labelled((0, 0, 1), units))
+            nutate.quat_from_axis_angle(Labelled((0, 0, 1), units), 1.0)
+        for units in ("deg", "rad"):
+            self.assertEqual(columns_of({"initial.euler.1": Labelled((0, 1), units)})[1].tolist(), [[0], [1]])
+        self.refuse("has the unit 'rpm'", lambda units: columns_of({"initial.angular_velocity.1": Labelled((0, 1), units)}), "rpm")
+        # Columns that the package exports itself.
+        for unit, name in UNITS:
+            self.assertTrue(is_expected(unit, False), name)
+            if "rad" in unit:
+                self.assertTrue(is_expected(unit.replace("rad", "deg"), True), name)
         for name, use in degrees.items():
             for units in ("deg", "degrees", "°", "deg/s", "deg s-1", "degrees per second", ""):
                 with self.subTest(use=name, units=units):

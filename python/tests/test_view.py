@@ -215,7 +215,7 @@ class PageTest(unittest.TestCase):
             np.testing.assert_allclose(shown[name], solution.columns[name], atol=1e-4)
 
     def test_the_momentum_of_columns_that_lack_it(self):
-        """By L, by the inertia at the time of a row, or not at all: the wheel passes momentum to the body."""
+        """The momentum follows from L or from the inertia at the time of a row; with wheels it is unknown."""
         wheels, growing = nutate.System(moments=(5, 20, 17)), nutate.System(text="&body inertia = 5, 20, 17 / &inertia_rate tensor = 1, 2, 1 /")
         wheels.add_wheel((0, 0, 1), 0.5, 10, torque=0.5)
         fluid = nutate.System(moments=(5, 20, 17))
