@@ -193,8 +193,8 @@ contains
       !> T, V, H, J; L in body and in space axes, N m s; |q| and q·p.
       real(wp), intent(inout) :: energy(3), momentum(3, 2), constraints(2)
       integer, intent(out) :: info
-      real(wp) :: potential
-      ! Volatile: the compiler does not expect a pure procedure to change it.
+      ! Volatile: the compiler does not expect a pure procedure to change `failed`, and could call it afterwards.
+      real(wp), volatile :: potential
       integer, pointer, volatile :: failed
       failed => body%failed
       potential = potential_energy(body%system%effects, state%q)
