@@ -143,6 +143,8 @@ contains
             class is (limit_event_t)
                call check(error, index(event%words, merge("controller 'fine'", 'controller 1     ', &
                                                           k == BY_WHEELS)) > 0, event%words)
+            class default
+               call check(error, .false., 'the event is a limit')
             end select
          end do
       end do

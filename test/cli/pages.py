@@ -22,7 +22,7 @@ BLOCK = re.compile(r"(?:^<!-- (?P<mark>[^\n]*?) -->\n)?^```(?P<kind>[^\n]*)\n(?P
                    r"|^<!-- run -->\n    (?P<command>[^\n]*)\n", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
 # Lines whose numbers depend on the machine, and size of the numbers that round-off makes.
-TIMED, ROUND_OFF = re.compile(r"wall time|time per step|measured for|[nµm]s\b|/s of"), 1e-9
+TIMED, ROUND_OFF = re.compile(r"wall time|time per step|measured for|(?<![A-Za-z])[nµm]s\b|/s of"), 1e-9
 PLAIN = ("nutate", "cat", "head", "tail", "ls", "grep", "mkdir", "cp")
 PYTHON = ("python", "{code-cell}", "{code-cell} python", "{code-cell} ipython3")
 MOST_LINES = 50

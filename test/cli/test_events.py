@@ -57,7 +57,7 @@ class Events(CommandLineTest):
                 self.assertGreater(len(times), 0)
 
     def test_the_step_that_an_event_shortens_is_counted(self):
-        """Nine steps of 0.01 s and one to the event, which is not on their grid; or none of 0.2 s. On the grid none is shortened."""
+        """Nine steps of 0.01 s and one to the event, which is not on their grid; or none of 0.2 s. A run without events shortens none."""
         self.write("box.nml", BOX + "&event name = 'turned', when = 'q0', crosses = 0.9, stop = .true. /\n")
         extra = "shortened steps     1 more, which ends at an event"
         for step, steps in ((0.01, 9), (0.2, 0)):

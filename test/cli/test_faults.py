@@ -23,7 +23,7 @@ class SmallStack(CommandLineTest):
     def test_the_smallest_one_is_enough(self):
         self.write("many.nml", self.read("box.nml") + "&ensemble members = 8, seed = 1 /\n"
                    "&vary key = 'body.mass', distribution = 'uniform', low = 1, high = 2 /\n")
-        for arguments in (("check", "box.nml"), ("run", "box.nml", "--quiet"), ("sweep", "many.nml", "--quiet", "--threads", "2")):
+        for arguments in (("check", "box.nml"), ("run", "box.nml", "--quiet"), ("sweep", "many.nml", "--quiet")):
             done = self.limited(512, *arguments)
             self.assertEqual(done.returncode, 0, done.stderr)
 
