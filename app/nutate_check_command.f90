@@ -201,13 +201,14 @@ contains
          end associate
          axis = trim(merge('short axis', 'long axis ', elements%is_short_axis))
          call page%item('tumbling', trim(merge('short-axis mode', 'long-axis mode ', elements%is_short_axis))// &
-                        ', E/E0 = '//digits(elements%energy_ratio))
+                        ', E/E0 = '//ten_digits(elements%energy_ratio))
          call page%item('  sense', trim(merge('negative', 'positive', elements%is_negative))//' about the '//axis)
-         call page%item('  rotation', 'period '//digits(elements%rotation)//' s, phase '//digits(start%phase))
-         call page%item('  precession', 'period '//digits(elements%precession_short)//' s of the short axis, '// &
-                        digits(elements%precession_long)//' s of the long axis')
-         call page%item('  angle', digits(start%angle)//' rad of the '//axis)
-         call page%item('  pole', 'longitude '//digits(start%pole(1))//' rad, latitude '//digits(start%pole(2))// &
+         call page%item('  rotation', 'period '//ten_digits(elements%rotation)//' s, phase '//ten_digits(start%phase))
+         call page%item('  precession', 'period '//ten_digits(elements%precession_short)//' s of the short axis, '// &
+                        ten_digits(elements%precession_long)//' s of the long axis')
+         call page%item('  angle', ten_digits(start%angle)//' rad of the '//axis)
+         call page%item('  pole', 'longitude '//ten_digits(start%pole(1))// &
+                        ' rad, latitude '//ten_digits(start%pole(2))// &
                         ' rad in space axes')
       end subroutine add_tumbling
 
@@ -410,11 +411,11 @@ contains
    end subroutine check_command
 
    !> Returns a number with so many digits that the printed elements give the motion to 1e-8.
-   function digits(x) result(text)
+   function ten_digits(x) result(text)
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
       text = rounded_text(x, 10)
-   end function digits
+   end function ten_digits
 
    !> Returns ` as mass leaves` if mass leaves the body; else an empty string.
    pure function departure_text(effects) result(text)

@@ -516,8 +516,7 @@ contains
             command%error = '--columns, --xy and --path exclude each other (expected one of them)'
          if (command%verb == 'run' .and. .not. allocated(command%plot) .and. &
              (allocated(command%columns) .or. allocated(command%xy) .or. allocated(command%title) .or. &
-             command%path /= 0 &
-              .or. command%residuals)) &
+              command%path /= 0 .or. command%residuals)) &
             command%error = '--columns, --residuals, --xy, --path and --title need --plot FILE'
          if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
              allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'

@@ -117,6 +117,8 @@ contains
          if (allocated(command%plot)) call picture%discard()
       else
          call report(command, scene, fit, status, fitted, csv, picture, exit_code)
+         if (caught_signal() /= 0) &
+            call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name())
       end if
       if (caught_signal() /= 0) exit_code = EXIT_SIGNAL + caught_signal()
    end subroutine fit_command

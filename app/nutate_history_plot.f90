@@ -74,7 +74,7 @@ contains
          problem = printable_path(path)//':1: t has an unknown unit (expected '//units_of('s')//')'
       end if
       do i = 2, size(names)
-         if (problem == '' .and. any(names(:i - 1) == names(i))) &
+         if (problem == '' .and. names(i) /= '' .and. any(names(:i - 1) == names(i))) &
             problem = printable_path(path)//':1: there are two columns '//quoted(trim(names(i)))//' (expected one)'
       end do
    end subroutine read_names

@@ -97,7 +97,7 @@ contains
       end do
    end subroutine note_angles
 
-   !> Notes keys of the method `nielsen_krenk` beside another method by name.
+   !> Notes keys that only `nielsen_krenk` uses, if the scene names another method.
    subroutine note_idle_keys(group, notes)
       type(group_t), intent(in) :: group
       type(note_t), allocatable, intent(inout) :: notes(:)

@@ -462,8 +462,9 @@ contains
    !> Returns the attitude error of the rounding of q and p, rad. Each is stored to half an ε, so that the body momentum
    !> L = ½ q* p is known to ε |L| along every axis: about that of the least moment J the rate has the error ε |L|/J,
    !> however slowly the body rotates about it. The noise, which is relative to the rate, does not contain this error
-   !> of a needle. The projection restores the rate after each step, and compensated sums keep it in conserving steps;
-   !> in other methods the errors of the steps add up as a random walk.
+   !> of a needle. A body that spins about its axis of greatest moment nutates instead, and errs less. The projection
+   !> restores the rate after each step, and compensated sums keep it in conserving steps; in other methods the errors
+   !> of the steps add up as a random walk.
    pure real(wp) function error_of_rounded_momentum(search, fine) result(error)
       type(search_t), intent(in) :: search
       !> Run without noise.

@@ -94,8 +94,8 @@ contains
                                        rounded_text(error, 3)//' rad of the motion'//nl
             if (is_ecliptic(labels%space_frame)) text = text//'COMMENT '//ecliptic//' was rotated to '//equatorial// &
                                                         ' by 84381.448 arcseconds about x'//nl
-            text = text//'OBJECT_NAME = '//labels%object//nl//'OBJECT_ID = '//first_of(labels%object_id, &
-               labels%object)//nl
+            text = text//'OBJECT_NAME = '//labels%object//nl//'OBJECT_ID = '// &
+                   first_of(labels%object_id, labels%object)//nl
             text = text//'REF_FRAME_A = '//frame_of(labels%space_frame)//nl// &
                    'REF_FRAME_B = '//first_of(labels%body_frame, 'SC_BODY_1')//nl
             if (version_text == '1.0') text = text//'ATTITUDE_DIR = A2B'//nl

@@ -116,6 +116,7 @@ module nutate_fit_model
       !> True if events switch effects.
       logical :: is_switched = .false.
       integer :: n = 0
+      !> Tells whether the fit is to stop; called before each run and in it. Not associated if nothing does.
       procedure(stop_check), pointer, nopass :: check_stop => null()
    contains
       procedure :: poll => poll_stop
@@ -545,6 +546,7 @@ contains
       call effects%transfer_switches(archive)
    end subroutine apply_switches
 
+   !> Ends a run if the fit is to stop.
    subroutine poll_stop(self, fraction, status)
       class(keeper_t), intent(inout) :: self
       real(wp), intent(in) :: fraction

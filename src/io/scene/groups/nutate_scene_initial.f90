@@ -152,9 +152,8 @@ contains
          type(status_t) :: status
          character(len=3) :: ratio
          ratio = group%text('resonance', '1:1')
-         call find_periodic_start(system, real(iachar(ratio(1:1)) - iachar('0'), &
-            wp)/(iachar(ratio(3:3)) - iachar('0')), &
-                                  periodic, status)
+         call find_periodic_start(system, real(iachar(ratio(1:1)) - iachar('0'), wp) &
+                                  /(iachar(ratio(3:3)) - iachar('0')), periodic, status)
          if (.not. status%ok()) call error%raise_status(group%line_of('resonance'), status)
       end subroutine build_resonance
 

@@ -465,8 +465,8 @@ contains
 
       !> Returns true if the first record of a segment is the last one of the segment before.
       pure logical function goes_on()
-         goes_on = t <= rows%t(reader%n) .and. min(norm2(q - rows%q(:, reader%n)), norm2(q + rows%q(:, &
-            reader%n))) <= same
+         goes_on = t <= rows%t(reader%n) .and. &
+                   min(norm2(q - rows%q(:, reader%n)), norm2(q + rows%q(:, reader%n))) <= same
          if (goes_on .and. reader%kind%rates /= NO_RATES) &
             goes_on = norm2(omega - rows%omega(:, reader%n)) <= same*max(norm2(omega), same)
       end function goes_on
