@@ -64,7 +64,7 @@ module nutate_branch_tubes
       real(wp) :: turn = 0.0_wp, speed = 0.0_wp, drift = 0.0_wp, reach = 0.0_wp
       !> a, and the bounds of B times the effects.
       real(wp) :: inverse = 0.0_wp
-      type(effect_bounds_t) :: bounds
+      type(effect_bounds_t) :: bounds = effect_bounds_t()
    end type tube_t
 
 contains
