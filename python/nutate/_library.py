@@ -347,8 +347,8 @@ def is_expected(unit: str, degrees: bool) -> bool:
 
 
 def refuse_units(values: Any, name: str, degrees: Optional[bool] = False) -> None:
-    """Rejects quantities of astropy, pint and unyt, also in lists: NumPy would ignore their unit; other units in attributes than those of
-    the SI or, if `degrees`, degrees, or none if it is None; and masked values in lists."""
+    """Rejects quantities of astropy, pint and unyt, also in lists, since NumPy would ignore their unit, and masked values in lists. A unit
+    in attributes must be one of the SI, or degrees if `degrees` is true; if it is None, any unit is accepted."""
     if type(values) in (tuple, list):
         if PLAIN.issuperset(map(type, values)):
             return
