@@ -94,7 +94,7 @@ cmake_build() (
    ! has flock || flock 9
    quietly "$name-configure" cmake -S "$top" -B "$cmake_folder" -DCMAKE_BUILD_TYPE=None \
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 \
-      -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="$openmp" -DNUTATE_MPI="${NUTATE_MPI:-0}" &&
+      -DCMAKE_INSTALL_LIBDIR=lib -DCMAKE_RULE_MESSAGES=OFF -DNUTATE_OPENMP="$openmp" -DNUTATE_MPI="${NUTATE_MPI:-0}" &&
       quietly "$name" cmake --build "$cmake_folder" --parallel "$jobs" "$@"
 )
 
