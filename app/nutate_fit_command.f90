@@ -15,7 +15,7 @@ module nutate_fit_command
    use nutate_kinds, only: wp
    use nutate_plot_command, only: open_picture
    use nutate_printable, only: printable_path
-   use nutate_run_watcher, only: caught_signal, check_signals, signal_name, watch_signals
+   use nutate_run_watcher, only: caught_signal, signal_name, stop_watcher_t, watch_signals
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
    use nutate_scene_text, only: scene_text
@@ -89,6 +89,7 @@ contains
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
       type(fit_t) :: fit
+      type(stop_watcher_t), target :: watcher
       type(picture_t) :: picture
       type(status_t) :: status
       character(len=:), allocatable :: fitted, csv
@@ -107,7 +108,7 @@ contains
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) call open_picture(command%plot, picture, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       scene%plan%max_steps = command%max_steps
-      call fit_scene(scene, fit, status, check_signals)
+      call fit_scene(scene, fit, status, watcher)
       if (caught_signal() /= 0) then
          call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; nothing was written')
          if (allocated(command%plot)) call picture%discard()

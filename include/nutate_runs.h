@@ -121,7 +121,7 @@ typedef int (*nutate_poll)(void *user);
  * @param[in,out] user     passed through; or NULL */
 int nutate_stepper_set_poll(nutate_stepper *stepper, nutate_poll poll, void *user);
 
-/** Sets the poll callback of runs of a scene.
+/** Sets the poll callback of runs and fits of a scene.
  * @param[in,out] scene  handle
  * @param[in]     poll   poll callback; NULL for none
  * @param[in,out] user   passed through; or NULL */

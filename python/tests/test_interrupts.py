@@ -99,6 +99,9 @@ class InterruptTest(Interrupted):
             self.stop(lambda: scene.write(path))
             self.assertEqual(os.listdir(folder), ["box.csv.partial"])
 
+    def test_fits_end(self):
+        self.stop(lambda: nutate.fit("scenes/thrown_phone.nml", "-integrator.local_tolerance", "integrator.time_step=1e-8"))
+
     def test_a_torque_of_python_is_no_obstacle(self):
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_user_torque(lambda t, q, omega: -1e-3 * omega)

@@ -2,6 +2,7 @@
 module nutate_c_fit
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
    use nutate_attitude, only: rotation_vector_from_quat
+   use nutate_c_polls, only: trial_observer_t
    use nutate_c_scene_handle, only: conclude, found, null_argument, report, scene_handle_t
    use nutate_c_text, only: text_to_c
    use nutate_fit, only: fit_scene, fit_t
@@ -120,13 +121,15 @@ contains
       integer(c_size_t), intent(in), value :: size
       type(scene_handle_t), pointer :: handle
       type(fit_t) :: fit
+      type(trial_observer_t), target :: observer
       type(status_t) :: status
       real(wp), allocatable :: values(:), errors(:, :)
       integer :: n
       if (.not. found(scene, handle)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
-         call fit_scene(handle%scene, fit, status)
+         observer%callback = handle%poll
+         call fit_scene(handle%scene, fit, status, observer)
          if (fit%best > 0) then
             call to_vectors(fit, values, errors)
             n = ubound(values, 1)

@@ -10,7 +10,7 @@ module nutate_c_polls
    implicit none
    private
 
-   public :: poll_t, find_steps_asking, steps_between_polls
+   public :: poll_t, trial_observer_t, find_steps_asking, steps_between_polls
 
    !> The poll callback, and the time of its last call.
    type :: poll_t
@@ -27,10 +27,10 @@ module nutate_c_polls
       procedure, non_overridable :: wants_end
    end type poll_t
 
-   !> Calls the poll callback in trial runs, which write no output.
+   !> Calls the poll callback in trial runs and in those of fits, which write no output.
    type, extends(observer_t) :: trial_observer_t
       type(poll_t) :: callback
-      !> Status of a callback that failed, and the value that it returned; shape (2).
+      !> Status of a callback that failed, and the value that it returned; shape (2). Null for scenes, which have none.
       integer(c_int), pointer :: failure(:) => null()
    contains
       procedure :: observe => observe_trial
@@ -115,7 +115,7 @@ contains
       class(trial_observer_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
-      status = status_of_failure(self%failure)
+      if (associated(self%failure)) status = status_of_failure(self%failure)
       if (status%ok()) call self%callback%ask(status)
    end subroutine poll_trial
 

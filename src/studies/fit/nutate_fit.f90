@@ -1,10 +1,10 @@
 !> Fits a scene to measurements: from several initial guesses, along growing arcs of the data, to the least sum of
 !> squares.
 module nutate_fit
-   use nutate_fit_model, only: stop_check
    use nutate_fit_problem, only: fit_problem_t
    use nutate_kinds, only: wp
    use nutate_least_squares, only: least_squares_result_t
+   use nutate_observer, only: observer_t
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t
    implicit none
@@ -45,13 +45,13 @@ module nutate_fit
       !>
       !> Errors: `NUTATE_BAD_ARGUMENT` for a scene that has nothing to fit or whose motion has no derivative, and for
       !> fewer measurements than parameters; `NUTATE_NOT_CONVERGED`, and `NUTATE_STOPPED` if the runs together exceed
-      !> `max_steps` of the scene's plan: the fit is then the best found; errors of the runs and of `check_stop`.
-      module subroutine fit_scene(scene, fit, status, check_stop)
+      !> `max_steps` of the scene's plan: the fit is then the best found; errors of the runs and of `observer`.
+      module subroutine fit_scene(scene, fit, status, observer)
          type(scene_t), intent(in) :: scene
          type(fit_t), intent(out) :: fit
          type(status_t), intent(out) :: status
-         !> Called before and in each run; a failure with `NUTATE_STOPPED` ends the fit.
-         procedure(stop_check), optional :: check_stop
+         !> Polled before and in each run; a failure with `NUTATE_STOPPED` ends the fit. Must exist as long as `fit`.
+         class(observer_t), intent(inout), target, optional :: observer
       end subroutine fit_scene
 
       pure logical module function exceeds_noise(self) result(exceeds)

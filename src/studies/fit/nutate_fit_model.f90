@@ -24,15 +24,7 @@ module nutate_fit_model
    implicit none
    private
 
-   public :: fit_model_t, motion_at_t, move_state, switches_t, stop_check
-
-   abstract interface
-      !> Sets a failure if the fit is to stop.
-      subroutine stop_check(status)
-         import :: status_t
-         type(status_t), intent(inout) :: status
-      end subroutine stop_check
-   end interface
+   public :: fit_model_t, motion_at_t, move_state, switches_t
 
    !> Switches of the effects at a time, in a motion in which events switch some.
    type :: switches_t
@@ -80,8 +72,8 @@ module nutate_fit_model
       real(wp) :: origin = 0.0_wp
       !> Number of runs with derivatives so far.
       integer :: runs = 0
-      !> Called before and in each run; null for none.
-      procedure(stop_check), pointer, nopass :: check_stop => null()
+      !> Observer polled before and in each run; null for none.
+      class(observer_t), pointer :: polled => null()
    contains
       !> Prepares for a scene with a fit.
       procedure, non_overridable :: prepare
@@ -116,8 +108,8 @@ module nutate_fit_model
       !> True if events switch effects.
       logical :: is_switched = .false.
       integer :: n = 0
-      !> Tells whether the fit is to stop; called before each run and in it. Not associated if nothing does.
-      procedure(stop_check), pointer, nopass :: check_stop => null()
+      !> Observer that is polled before the run and in it; null for none.
+      class(observer_t), pointer :: polled => null()
    contains
       procedure :: poll => poll_stop
       procedure :: observe => keep_state
@@ -402,7 +394,7 @@ contains
       call make_variations(self, variations, status)
       if (.not. status%ok()) return
       self%runs = self%runs + 1
-      call go(self%scene, self%origin, times, self%check_stop, motion, status, self%steps_left, &
+      call go(self%scene, self%origin, times, self%polled, motion, status, self%steps_left, &
               self%most_steps, variations)
    end subroutine run
 
@@ -413,7 +405,7 @@ contains
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
-      call go(self%scene, self%origin, times, self%check_stop, motion, status)
+      call go(self%scene, self%origin, times, self%polled, motion, status)
    end subroutine states_at
 
    !> Finds what each free parameter changes. Errors: `NUTATE_BAD_ARGUMENT` if the motion has no derivative by one of
@@ -465,12 +457,12 @@ contains
    end subroutine variation_of
 
    !> Runs a scene and keeps the motion at given times.
-   subroutine go(scene, origin, times, check_stop, motion, status, steps_left, most_steps, variations)
+   subroutine go(scene, origin, times, polled, motion, status, steps_left, most_steps, variations)
       type(scene_t), intent(in) :: scene
       !> Initial time of the run, s.
       real(wp), intent(in) :: origin
       real(wp), intent(in) :: times(:)
-      procedure(stop_check), pointer, intent(in) :: check_stop
+      class(observer_t), pointer, intent(in) :: polled
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
       !> Steps that the run may perform; on return without those performed.
@@ -498,7 +490,7 @@ contains
       end if
       allocate (keeper%motion%states(size(times)), keeper%motion%switches(size(times)))
       keeper%times = times
-      keeper%check_stop => check_stop
+      keeper%polled => polled
       call list_switches(scene%events, events)
       keeper%is_switched = events%count() > 0
       if (present(variations)) then
@@ -546,12 +538,12 @@ contains
       call effects%transfer_switches(archive)
    end subroutine apply_switches
 
-   !> Ends a run if the fit is to stop.
+   !> Polls the observer of the fit, which may end the run.
    subroutine poll_stop(self, fraction, status)
       class(keeper_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
-      if (associated(self%check_stop)) call self%check_stop(status)
+      if (associated(self%polled)) call self%polled%poll(fraction, status)
    end subroutine poll_stop
 
    !> Keeps a state that is due.

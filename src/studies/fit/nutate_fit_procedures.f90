@@ -22,7 +22,7 @@ contains
       end if
       call fit%problem%prepare(scene, status)
       if (.not. status%ok()) return
-      if (present(check_stop)) fit%problem%model%check_stop => check_stop
+      if (present(observer)) fit%problem%model%polled => observer
       fit%sigma_is_known = all(scene%fit%measurements%sigma_is_known)
       if (fit%problem%measured_in_arc() < size(fit%problem%names)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'there are fewer measurements than free parameters')
