@@ -133,17 +133,18 @@ contains
          call workers%go(sweep, scene, watcher, status)
          call watcher%bar%erase()
          if (status%ok()) call write_listing(scene, sweep%layout, first, last, name, status)
-         if (status%ok()) then
+         ! A complete file of rows means that the histories are complete, too.
+         if (status%ok()) call write_histories(sweep%layout, watcher)
+         if (status%ok() .and. exit_code == EXIT_SUCCESS) then
             call sweep%close(status)
          else
             call sweep%abandon(closing)
          end if
          if (.not. status%ok()) then
             call give_up(sweep, status)
-            return
+         else if (exit_code == EXIT_SUCCESS) then
+            call finish_output(sweep%layout, first, last, watcher, sweep)
          end if
-         call write_histories(sweep%layout, watcher)
-         if (exit_code == EXIT_SUCCESS) call finish_output(sweep%layout, first, last, watcher, sweep)
       end subroutine run_all
 
       !> Keeps a finished file, which must belong to this sweep.

@@ -374,6 +374,24 @@ class Interrupted(SweepTest):
                                r"\(nutate sweep --resume continues\)\n$")
         self.fail_with(2, "sweep", "tumble.nml", "--resume", says=["tumble.npy.partial belongs to another sweep"])
 
+    def test_histories_that_are_not_complete_are_run_again(self):
+        options = ("--quiet", "--set", "ensemble.members=3", "--set", "integrator.end_time=2000", "--set", "output.every=10",
+                   "--set", "ensemble.histories=2,3")
+        self.succeed("sweep", "tumble.nml", "--output", "whole.npy", *options)
+        for rows, stem, keeps in (("rows.npy", "rows", "final"), ("mean.csv", "mean.csv", "none")):
+            for number in (signal.SIGKILL, signal.SIGTERM):
+                sweep = ("sweep", "tumble.nml", "--output", rows, "--set", "ensemble.rows=" + keeps, *options)
+                partial = self.path(stem + ".member2.csv.partial")
+                run = subprocess.Popen([self.program, *sweep], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+                wait_until(lambda: os.path.exists(partial) or run.poll() is not None)
+                run.send_signal(number)
+                run.communicate(timeout=PATIENCE)
+                self.succeed(*sweep, "--resume")
+                for member in (2, 3):
+                    self.assertEqual(self.read(f"{stem}.member{member}.csv"), self.read(f"whole.member{member}.csv"))
+                    os.remove(self.path(f"{stem}.member{member}.csv"))
+                os.remove(self.path(rows))
+
     def test_what_is_not_marked_is_run_again(self):
         whole = self.sweep(output="whole.npy")
         self.interrupt(signal.SIGKILL, 1, "tumble.npy", "--set", "integrator.end_time=40", "--set", "ensemble.chunk=20")
