@@ -2,8 +2,9 @@
 !> of the change, not that of their own digits.
 module nutate_row_change
    use nutate_kinds, only: wp
+   use nutate_limits, only: manifold_tolerance
    use nutate_motion_series, only: motion_series_t, NO_ROWS
-   use nutate_quaternion, only: quat_product, quat_vector_product
+   use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product
    use nutate_series_sum, only: rotation_between
    use nutate_state, only: add_increment, state_t
    implicit none
@@ -98,6 +99,13 @@ contains
       state%p_compensation = state%p_compensation - (excess*p + along*q)
       call add_increment(state%q, state%q_compensation, dq)
       call add_increment(state%p, state%p_compensation, dp)
+      p = state%p + state%p_compensation
+      along = dot_product(state%q, p)
+      if (along**2 <= (0.5_wp*manifold_tolerance)**2*dot_product(p, p)) return
+      ! Where the body comes to rest, the rounding of the momentum that it had is more than what it has.
+      p = quat_product(quat_conjugate(state%q), p)
+      state%p = quat_vector_product(state%q, p(2:4))
+      state%p_compensation = 0.0_wp
    end subroutine add_change
 
 end module nutate_row_change
