@@ -87,6 +87,21 @@ class Linearize(CommandLineTest):
         self.assertIn("none: the motion does not return to its start", page)
         self.assertNotIn("Floquet", page)
 
+    def test_a_swing_from_rest_to_rest_closes(self):
+        # J3 θ'' = -m b sin θ: the period is 4 K(sin θ0/2) √(J3/mb), here θ0 = 1.1 rad, J3/mb = 4/3 s².
+        period = 7.845222360554189
+        self.write("needle.nml", "&body inertia = 2, 3, 4 /\n&dipole moment = 1.5, 0, 0, field = 2, 0, 0 /\n"
+                   "&initial axis = 0, 0, 1, angle = 1.1, angular_velocity = 0, 0, 0 /\n"
+                   "&integrator order = 8, time_step = 0.02, end_time = 8 /\n")
+        for method in ("order=8", "order=4", "method=taylor", "method=rk8"):
+            found = self.linear("needle.nml", "--period", repr(period), "--unset", "integrator.order",
+                                "--set", "integrator." + method)
+            self.assertTrue(found["closes"], method)
+            # Energy and period change with the amplitude: the multipliers of the swing itself are 1 in a Jordan block.
+            swing = [[found["A"][i][j] for j in (2, 5)] for i in (2, 5)]
+            self.assertAlmostEqual(swing[0][0], 1, delta=1e-5)
+            self.assertAlmostEqual(swing[0][0]*swing[1][1] - swing[0][1]*swing[1][0], 1, delta=1e-10)
+
     def test_motors_are_inputs(self):
         wheel = "&wheel axis = 0, 0, 1, inertia = 0.5, speed = 10 /\n"
         self.write("wheel.nml", "&body inertia = 5, 20, 17 /\n&initial angular_velocity = 0, 0, 0 /\n" + wheel +
