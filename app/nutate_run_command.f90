@@ -241,6 +241,7 @@ contains
          if (status%ok()) return
          call watcher%abandon(closing)
          if (allocated(archive)) then
+            if (allocated(watcher%events%file%partial)) name = watcher%events%file%partial
             call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(name)// &
                            ': '//trim(status%message), exit_code, EXIT_INPUT)
          else

@@ -406,6 +406,14 @@ class Refused(CheckpointTest):
             self.put("part.csv.partial", rows[:-3] + b"6" + rows[-2:])
         self.refused("--resume", "ck", says=["part.csv.partial", "have changed"])
 
+    def test_events_that_are_not_the_same_are_named_by_their_partial_file(self):
+        events = ("--set", "event.when=omega1", "--set", "event.extremum=both", "--output", "box.csv")
+        self.fail_with(3, "run", "box.nml", *events, "--checkpoint", "events.ck", "--max-steps", "40", "--quiet")
+        with open(self.path("box.events.csv.partial"), "r+b") as partial:
+            partial.write(b"T")
+        self.fail_with(2, "run", "box.nml", *events, "--resume", "events.ck",
+                       says=["events.ck cannot be resumed: box.events.csv.partial: its rows have changed"])
+
     def test_another_output(self):
         self.refused("--resume", "ck", "--output", "other.csv", says=["part.csv", "--output"])
         self.succeed("run", "forced.nml", "--resume", "ck", "--output", "part.csv")
