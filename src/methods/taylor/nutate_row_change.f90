@@ -102,7 +102,7 @@ contains
       p = state%p + state%p_compensation
       along = dot_product(state%q, p)
       if (along**2 <= (0.5_wp*manifold_tolerance)**2*dot_product(p, p)) return
-      ! Where the body comes to rest, the rounding of the momentum that it had is more than what it has.
+      ! A body that comes to rest has less momentum than the rounding of the momentum that it had.
       p = quat_product(quat_conjugate(state%q), p)
       state%p = quat_vector_product(state%q, p(2:4))
       state%p_compensation = 0.0_wp

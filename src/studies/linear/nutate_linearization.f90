@@ -372,7 +372,7 @@ contains
       integer :: n
       n = size(result%states)
       allocate (first(n), last(n), a(n, n), b(n, n), values(n))
-      ! Where the body is at rest, q·p of a state that steps have left is not small compared with |p|.
+      ! Steps that end at rest leave a q·p that is not small compared with |p|.
       clean = make_state(system, end%q, angular_velocity(system, end), end%t, speeds_of(system, end))
       call linearize_rates(system, start, first, a, status)
       if (status%ok()) call linearize_rates(system, clean, last, b, status)
