@@ -374,7 +374,10 @@ def doubles(values: Any, name: str, degrees: Optional[bool] = False) -> Array:
     if type(values) is np.ndarray and values.dtype is FLOAT:
         return np.asarray(values, order="C")
     if type(values) in (tuple, list) and PLAIN.issuperset(map(type, values)):
-        return np.array(values, dtype=FLOAT)
+        try:
+            return np.array(values, dtype=FLOAT)
+        except OverflowError:
+            pass  # An integer that no double can hold: refused below.
     refuse_units(values, name, degrees)
     try:
         array: Any = np.asarray(values)
@@ -383,7 +386,7 @@ def doubles(values: Any, name: str, degrees: Optional[bool] = False) -> Array:
         whole = np.asarray(array.real, dtype=FLOAT, order="C")
     except NutateValueError:
         raise
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise refusal(f"{name} is {values!r} (expected numbers)") from error
     kind = "masked" if np.ma.is_masked(values) else {"c": "complex", "m": "calendar", "M": "calendar"}.get(array.dtype.kind)
     if kind:
@@ -395,12 +398,14 @@ def number(value: Any, name: str) -> float:
     """A float. Rejects what `doubles` rejects: `float` would ignore units, imaginary parts and masks."""
     if type(value) is float:
         return value
-    if isinstance(value, (float, int)):
-        return float(value)
     if isinstance(value, (np.ndarray, np.generic)):
         value = doubles(value, name)
-    refuse_units(value, name)
-    return float(value)
+    if not isinstance(value, (float, int)):
+        refuse_units(value, name)
+    try:
+        return float(value)
+    except (ValueError, OverflowError) as error:
+        raise refusal(f"{name} is {value!r} (expected a number)") from error
 
 
 def vector(values: npt.ArrayLike, size: int, name: str, degrees: bool = False) -> Array:

@@ -81,6 +81,14 @@ class QuantityTest(unittest.TestCase):
             for use in (uses["t"], uses["time_step"], uses["omega0"]):
                 self.refuse(kind + " values", use, one)
 
+    def test_values_that_are_no_numbers(self):
+        stepper = nutate.Stepper(nutate.System(moments=(5, 20, 17)))
+        self.refuse("^dt is '0.1 s' \\(expected a number\\)", stepper.step, "0.1 s")
+        self.refuse("^dt is 1000.*0 \\(expected a number\\)", stepper.step, 10**400)
+        self.refuse("^t is b'x' ", stepper.state_at, b"x")
+        self.refuse("^moments is .*expected numbers", lambda moments: nutate.System(moments=moments), (10**400, 1, 1))
+        self.refuse("^omega is .*expected numbers", lambda omega: stepper.set_state((1, 0, 0, 0), omega), [10**400, 0, 0])
+
     def test_units_in_attributes(self):
         """Attributes as xarray, pandas (by the names of columns) and h5py (bytes) have them."""
         class Labelled:
