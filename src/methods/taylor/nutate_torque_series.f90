@@ -137,11 +137,14 @@ contains
    subroutine demand_series(effect, status)
       class(effect_t), intent(in) :: effect
       type(status_t), intent(inout) :: status
+      character(len=len(effect%name)) :: name
       if (effect%series_kind() == NO_SERIES .and. effect%name == 'controller') then
          status = fail(NUTATE_BAD_ARGUMENT, 'a continuous controller has no series (expected sample in '// &
                        "it, or method = 'dop853' with conserve = .true.)", 'method')
       else if (effect%series_kind() == NO_SERIES) then
-         status = fail(NUTATE_BAD_ARGUMENT, "effect '"//trim(effect%name)// &
+         name = effect%name
+         if (name == '') name = 'unnamed'
+         status = fail(NUTATE_BAD_ARGUMENT, "effect '"//trim(name)// &
                        "' has no series (expected method = 'dop853' with conserve = .true.)", 'method')
       end if
    end subroutine demand_series

@@ -73,7 +73,8 @@ contains
    !> largest power, can be computed with.
    pure logical function moving_is_valid(self) result(valid)
       class(moving_linear_t), intent(in) :: self
-      valid = all(is_moderate(self%moment)) .and. self%vector%is_valid()
+      valid = all(is_moderate(self%moment)) .and. allocated(self%vector)
+      if (valid) valid = self%vector%is_valid()
       if (valid) valid = is_moderate(norm2(self%moment))
       if (valid) valid = is_moderate(norm2(self%moment)*self%vector%greatest())
       if (valid) valid = is_moderate(norm2(self%moment)*self%vector%greatest()*self%vector%pace())

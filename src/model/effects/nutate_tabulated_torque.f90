@@ -22,6 +22,7 @@ module nutate_tabulated_torque
 
    !> Length of a period, over the size of a time, below which its rounds differ by rounding alone.
    real(wp), parameter :: least_round = 4*eps
+   character(len=*), parameter :: three_numbers = 'a line of the table has a wrong length (expected three numbers)'
 
    !> τ(t) of a table; `make_tabulated_torque` makes one.
    type, extends(torque_t) :: tabulated_torque_t
@@ -97,6 +98,7 @@ contains
       integer, intent(out) :: at
       integer :: i
       call check_table(times, values, spline, .false., at, status)
+      if (size(values, 1) /= 3 .and. status%ok()) status = fail(NUTATE_BAD_ARGUMENT, three_numbers, key)
       do i = 2, size(times)
          if (.not. status%ok() .or. times(i) > times(i - 1)) cycle
          at = i
@@ -141,6 +143,7 @@ contains
       torque%in_space = .false.
       if (present(in_space)) torque%in_space = in_space
       call check_table(times, values, smooth, torque%periodic, at, status)
+      if (size(values, 1) /= 3 .and. status%ok()) status = fail(NUTATE_BAD_ARGUMENT, three_numbers, 'table')
       if (.not. status%ok()) return
       if (smooth) then
          torque%curve = new_spline(times, values, torque%periodic)
@@ -169,6 +172,10 @@ contains
       integer :: i, n
       n = size(times)
       at = 0
+      if (size(values, 2) /= n) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the number of lines differs from that of the times', 'table')
+         return
+      end if
       do i = 1, n
          at = i
          if (.not. (is_moderate(times(i)) .and. all(is_moderate(values(:, i))))) then

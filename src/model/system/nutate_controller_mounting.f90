@@ -3,7 +3,7 @@ module nutate_controller_mounting
    use nutate_kinds, only: wp
    use nutate_lapack, only: symmetric_eigen
    use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_control_law, only: BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
+   use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
    use nutate_controller, only: controller_t
    use nutate_earth_field, only: earth_field_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -50,6 +50,12 @@ contains
             return
          end if
          call mounted%follow_orbit(system%effects%orbit)
+      end if
+      if (all(controller%by /= [BY_TORQUE, BY_WHEELS, BY_MAGNETORQUERS]) .or. &
+          all(controller%law /= [POINTING, DETUMBLING])) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'by or law of the controller is none (expected BY_TORQUE, BY_WHEELS or '// &
+                       'BY_MAGNETORQUERS, and POINTING or DETUMBLING)', 'controller')
+         return
       end if
       if (.not. mounted%is_valid() .or. (controller%law == DETUMBLING .and. controller%by /= BY_MAGNETORQUERS)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the controller is invalid (expected a unit quaternion as its target, '// &

@@ -54,7 +54,10 @@ contains
 
    pure type(status_t) function too_strong(name)
       character(len=*), intent(in) :: name
-      too_strong = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(name)//' is too strong (expected finite numbers, '// &
+      character(len=max(len(name), 7)) :: known
+      known = name
+      if (name == '') known = 'unnamed'
+      too_strong = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(known)//' is too strong (expected finite numbers, '// &
                         'energy and torque up to '//in_words(greatest_number)//' in SI units)')
    end function too_strong
 

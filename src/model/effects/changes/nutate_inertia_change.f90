@@ -152,6 +152,12 @@ contains
       real(wp) :: bounds(0:2)
       smooth = .false.
       if (present(spline)) smooth = spline
+      if (all(size(tensors, 1) /= [3, 6])) then
+         at = 0
+         status = fail(NUTATE_BAD_ARGUMENT, 'a line of the table has a wrong length (expected three numbers or six)', &
+                       'inertia_table')
+         return
+      end if
       call make_body_curve(times, tensors(1:3, :), smooth, 'the inertia', 'inertia_table', squares, status, at)
       if (size(tensors, 1) > 3 .and. status%ok()) &
          call make_body_curve(times, tensors(4:6, :), smooth, 'the inertia', 'inertia_table', products, status, at)
@@ -372,7 +378,8 @@ contains
    pure logical function change_is_valid(self)
       class(inertia_change_t), intent(in) :: self
       change_is_valid = all(is_moderate(self%rate)) .and. all(is_moderate(self%first)) .and. &
-                        .not. (is_nan(self%start) .or. is_nan(self%stop))
+                        .not. (is_nan(self%start) .or. is_nan(self%stop)) .and. &
+                        (self%squares%n > 0 .or. .not. self%is_table)
    end function change_is_valid
 
    !> Returns false: the torque depends on the rate alone.

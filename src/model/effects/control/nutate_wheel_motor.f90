@@ -132,6 +132,11 @@ contains
       is_cut = limit < huge(1.0_wp)
       if (present(stops_at_a_speed)) is_cut = is_cut .or. stops_at_a_speed
       at = 0
+      if (.not. limit > 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the limit of the torque is out of range (expected a number > 0)', &
+                       'torque_limit')
+         return
+      end if
       if (smooth .and. is_cut) then
          status = fail(NUTATE_BAD_ARGUMENT, "interpolation = 'cubic' with torque_limit or speed_limit (expected "// &
                        "'linear')", 'interpolation')
