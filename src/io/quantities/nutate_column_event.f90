@@ -2,6 +2,7 @@
 module nutate_column_event
    use nutate_event, only: CROSSING, event_t, find_family, most_parts, part_t
    use nutate_kinds, only: wp, pi
+   use nutate_limits, only: is_moderate
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
    use nutate_quantities, only: component_of, find_quantity, quantities
@@ -25,8 +26,9 @@ module nutate_column_event
       integer, private :: n = 0
       integer, private :: places(most_columns) = 0, components(most_columns) = 0
    contains
-      !> Finds the columns by their names, once instead of in every step.
+      !> Finds the columns by their names, once instead of in every step; a run calls it by `complete`.
       procedure :: place
+      procedure :: complete => complete_columns
       procedure :: value => sum_of_columns
       procedure :: rate => rate_of_sum
       procedure :: parts => parts_of_sum
@@ -50,6 +52,21 @@ contains
          self%components(i) = component_of(quantities(at), self%columns(i))
       end do
    end subroutine place
+
+   !> Finds the columns; the reason names the first that is unknown.
+   subroutine complete_columns(self, problem)
+      class(column_event_t), intent(inout) :: self
+      character(len=:), allocatable, intent(out) :: problem
+      problem = ''
+      call self%place()
+      if (.not. all(is_moderate(self%weights))) problem = 'a weight is not finite or too large'
+      if (self%n == most_columns) return
+      if (self%columns(self%n + 1) /= '') then
+         problem = "no column for events is called '"//trim(self%columns(self%n + 1))//"'"
+      else if (self%n == 0) then
+         problem = 'columns is empty (expected the name of a column)'
+      end if
+   end subroutine complete_columns
 
    !> Returns Σ weights × columns, unit of the columns.
    pure real(wp) function sum_of_columns(self, system, motion) result(g)

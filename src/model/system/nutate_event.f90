@@ -6,11 +6,12 @@ module nutate_event
    use nutate_kinds, only: wp, long
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
+   use nutate_status, only: status_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: event_t, part_t, find_family, time_scale, second_rate
+   public :: check_event, event_t, part_t, find_family, time_scale, second_rate
    public :: CROSSING, MAXIMUM, MINIMUM, EXTREMUM, SWITCH_ON, SWITCH_OFF, SWITCH_TOGGLE
 
    !> Kinds of an event: crossing of a value, or extremum of the quantity.
@@ -52,6 +53,9 @@ module nutate_event
       character(len=24) :: effect = ''
       integer :: action = 0
    contains
+      !> Completes a copy of the event before a run, and returns why the run cannot follow it, if so; does nothing
+      !> unless overridden.
+      procedure :: complete => leave_as_it_is
       !> Returns the quantity g.
       procedure(event_value), deferred :: value
       !> Returns ġ along the motion; by differences unless overridden.
@@ -86,6 +90,18 @@ module nutate_event
    end interface
 
    interface
+
+      !> Returns an empty reason.
+      module subroutine leave_as_it_is(self, problem)
+         class(event_t), intent(inout) :: self
+         character(len=:), allocatable, intent(out) :: problem
+      end subroutine leave_as_it_is
+
+      !> Completes an event and tests its settings. Errors: `NUTATE_BAD_ARGUMENT`.
+      module subroutine check_event(event, status)
+         class(event_t), intent(inout) :: event
+         type(status_t), intent(inout) :: status
+      end subroutine check_event
 
       !> Returns true if the quantity cannot reach its value for a time. Here: false, nothing is known.
       pure logical module function not_known(self, speeds, f, time)

@@ -1,11 +1,38 @@
 !> Bodies of the procedures whose interfaces are in `nutate_event`.
 submodule(nutate_event) nutate_event_procedures
    use nutate_kinds, only: eps
+   use nutate_limits, only: is_moderate
    use nutate_motion, only: displaced, find_motion, find_rates
    use nutate_small_products, only: vector_length
+   use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    implicit none
 
 contains
+
+   module procedure leave_as_it_is
+      problem = ''
+   end procedure leave_as_it_is
+
+   module procedure check_event
+      character(len=:), allocatable :: problem
+      call event%complete(problem)
+      if (problem == '') then
+         if (all(event%kind /= [CROSSING, MAXIMUM, MINIMUM, EXTREMUM])) then
+            problem = 'kind is none (expected CROSSING, MAXIMUM, MINIMUM or EXTREMUM)'
+         else if (abs(event%direction) > 1) then
+            problem = 'direction is out of range (expected -1, 0 or 1)'
+         else if (.not. is_moderate(event%level)) then
+            problem = 'level is not finite or too large'
+         else if (.not. (is_moderate(event%period) .and. event%period >= 0.0_wp)) then
+            problem = 'period is out of range (expected a number >= 0)'
+         else if (event%count < 0) then
+            problem = 'count is out of range (expected a number >= 0)'
+         else if (event%action < 0 .or. event%action > SWITCH_TOGGLE) then
+            problem = 'action is none (expected SWITCH_ON, SWITCH_OFF, SWITCH_TOGGLE or 0)'
+         end if
+      end if
+      if (problem /= '') status = fail(NUTATE_BAD_ARGUMENT, "event '"//trim(event%name)//"': "//problem, 'event')
+   end procedure check_event
 
    module procedure not_known
       not_known = .false.

@@ -2,7 +2,7 @@
 submodule(nutate_event_tracker) nutate_event_tracker_procedures
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_control, only: limit_events, find_limits
-   use nutate_event, only: CROSSING, find_family, second_rate
+   use nutate_event, only: check_event, CROSSING, find_family, second_rate
    use nutate_kinds, only: eps
    use nutate_limit_event, only: limit_event_t
    use nutate_motion, only: renew_motion
@@ -26,6 +26,7 @@ contains
       do i = 1, events%count()
          allocate (self%watched(i)%event, source=events%slots(i)%item)
          associate (event => self%watched(i)%event)
+            if (status%ok()) call check_event(event, status)
             if (event%action == 0) cycle
             if (.not. system%effects%has(event%effect)) status = fail(NUTATE_BAD_ARGUMENT, &
                "no effect that can be switched is called '"//trim(event%effect)//"'", 'switch')
