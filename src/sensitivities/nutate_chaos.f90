@@ -5,6 +5,7 @@ module nutate_chaos
    use nutate_chaos_settings, only: chaos_settings_t, most_exponents
    use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
    use nutate_tangent, only: tangent_t
@@ -59,6 +60,12 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: vectors(most_exponents, most_exponents), logs(most_exponents)
       integer :: i, k
+      if (settings%exponents < 1 .or. settings%exponents > min(most_exponents, tangent%n) .or. settings%every < 1 .or. &
+          .not. (all(is_moderate(settings%vector)) .and. any(abs(settings%vector) > 0.0_wp))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'settings of chaos are out of range (expected 1 to 6 exponents, '// &
+                       'every >= 1 and a vector that is not zero)', 'exponents')
+         return
+      end if
       self%n = settings%exponents
       self%every = settings%every
       self%t_first = state%t
@@ -100,6 +107,7 @@ contains
       !> Status, success on entry.
       type(status_t), intent(inout) :: status
       real(wp) :: logs(most_exponents), time, dt
+      if (self%n == 0) return
       self%steps = self%steps + 1
       if (self%steps < self%every) return
       self%steps = 0

@@ -3,6 +3,7 @@ submodule(nutate_tangent) nutate_tangent_procedures
    use nutate_variation, only: added_inertia, change_at_start, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, inertia_at, &
       inverse_inertia_at, potential_torque
+   use nutate_limits, only: is_moderate
    use nutate_quaternion, only: cross, quat_normalized, rotate_to_body, rotate_to_space
    use nutate_small_products, only: times_vector
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
@@ -17,6 +18,12 @@ contains
       if (status%ok() .and. size(variations) == 0) status = fail(NUTATE_BAD_ARGUMENT, &
          'there are no sensitivities to propagate')
       do k = 1, size(variations)
+         associate (one => variations(k))
+            if (status%ok() .and. .not. (all(is_moderate(one%inertia)) .and. all(is_moderate( &
+                [one%attitude, one%angular_velocity, one%mass_moment, one%mass, one%rotor, one%frame])))) &
+               status = fail(NUTATE_BAD_ARGUMENT, 'a change is not finite or too large, or is that of an axis that '// &
+                             'does not exist (expected 1, 2 or 3)', one%name)
+         end associate
          if (status%ok() .and. any(abs(variations(k)%frame) > 0.0_wp) .and. .not. system%effects%frame_turns) &
             status = fail(NUTATE_BAD_ARGUMENT, 'the rate of the space axes has a derivative only where they turn '// &
                           '(expected a rotating_frame with a rate)', variations(k)%name)

@@ -73,27 +73,39 @@ contains
 
    !> Returns the sensitivity of a rotation of the initial state about a body axis.
    pure type(variation_t) function attitude_variation(axis) result(variation)
-      !> Body axis: 1, 2 or 3.
+      !> Body axis: 1, 2 or 3; any other makes a variation that no run accepts.
       integer, intent(in) :: axis
       variation%name = 'initial.attitude.'//decimal(axis)
-      variation%attitude(axis) = 1.0_wp
+      if (axis >= 1 .and. axis <= 3) then
+         variation%attitude(axis) = 1.0_wp
+      else
+         variation%attitude = huge(1.0_wp)
+      end if
    end function attitude_variation
 
    !> Returns the sensitivity of a component of Ω0.
    pure type(variation_t) function rate_variation(axis) result(variation)
-      !> Body axis: 1, 2 or 3.
+      !> Body axis: 1, 2 or 3; any other makes a variation that no run accepts.
       integer, intent(in) :: axis
       variation%name = 'initial.angular_velocity.'//decimal(axis)
-      variation%angular_velocity(axis) = 1.0_wp
+      if (axis >= 1 .and. axis <= 3) then
+         variation%angular_velocity(axis) = 1.0_wp
+      else
+         variation%angular_velocity = huge(1.0_wp)
+      end if
    end function rate_variation
 
    !> Returns the sensitivity of a component of the inertia, of both if it is off the diagonal.
    pure type(variation_t) function inertia_variation(i, j) result(variation)
-      !> Row and column: 1, 2 or 3.
+      !> Row and column: 1, 2 or 3; any other makes a variation that no run accepts.
       integer, intent(in) :: i, j
       variation%name = 'body.inertia.'//decimal(i)//decimal(j)
-      variation%inertia(i, j) = 1.0_wp
-      variation%inertia(j, i) = 1.0_wp
+      if (min(i, j) >= 1 .and. max(i, j) <= 3) then
+         variation%inertia(i, j) = 1.0_wp
+         variation%inertia(j, i) = 1.0_wp
+      else
+         variation%inertia = huge(1.0_wp)
+      end if
    end function inertia_variation
 
    pure function decimal(i) result(digits)
