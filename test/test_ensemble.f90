@@ -286,6 +286,10 @@ contains
       at = layout%values + 1
       call check_close(error, real_of(fields(at, 2)), 0.2_wp, eps, 'the end')
       call check(error, real_of(fields(at, 1)) /= real_of(fields(at, 1)), 'a time of a run that was not')
+      call run_members(scene, layout, 0_long, 2_long, fields, status)
+      call check(error, .not. status%ok(), 'a member 0')
+      call run_members(scene, layout, 3_long, 5_long, fields, status)
+      call check(error, .not. status%ok(), 'a member after the last')
    end subroutine refusals
 
    !> Rows of members run by one runner in their order, and each by one of its own.

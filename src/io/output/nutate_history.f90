@@ -12,7 +12,7 @@ module nutate_history
    use nutate_observer, only: observer_t, run_record_t
    use nutate_propagated, only: propagated_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
+   use nutate_status, only: fail, status_t, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
    private
@@ -183,6 +183,10 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
       integer :: used
+      if (.not. allocated(self%values)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the history is not open (expected open before)')
+         return
+      end if
       call self%columns%evaluate(system, state, record, self%values, self%tangent, self%chaos)
       call self%columns%check_row(self%values, status)
       if (status%code /= 0) return

@@ -38,8 +38,8 @@ contains
       !$ has_threads = .true.
    end function has_threads
 
-   !> Runs members in the calling thread and returns their rows. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of
-   !> columns.
+   !> Runs members in the calling thread and returns their rows. Errors: `NUTATE_BAD_ARGUMENT` for members that the
+   !> ensemble does not have, and for an unknown set of columns.
    subroutine run_members(scene, layout, first, last, fields, status)
       !> Scene with an ensemble.
       type(scene_t), intent(in) :: scene
@@ -50,6 +50,10 @@ contains
       integer(long), allocatable, intent(out) :: fields(:, :)
       type(status_t), intent(out) :: status
       type(sweep_watcher_t), target :: nobody
+      if (first < 1 .or. last > scene%ensemble%members) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'members are out of range (expected 1 to the number of members)', 'first')
+         return
+      end if
       allocate (fields(layout%width(), last - first + 1))
       call fill_rows(scene, layout, first, last, 1, nobody, fields, status)
    end subroutine run_members
