@@ -118,6 +118,9 @@ module suites_of_runs
       module subroutine collect_run(testsuite)
          type(unittest_type), allocatable, intent(out) :: testsuite(:)
       end subroutine collect_run
+      module subroutine collect_run_misuse(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_run_misuse
       module subroutine collect_scene(testsuite)
          type(unittest_type), allocatable, intent(out) :: testsuite(:)
       end subroutine collect_scene
@@ -192,6 +195,7 @@ contains
          new_testsuite("rotation", collect_rotation), &
          new_testsuite("round_off", collect_round_off), &
          new_testsuite("run", collect_run), &
+         new_testsuite("run_misuse", collect_run_misuse), &
          new_testsuite("scene", collect_scene), &
          new_testsuite("scene_errors", collect_scene_errors), &
          new_testsuite("scene_notation", collect_scene_notation), &

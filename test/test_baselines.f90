@@ -25,6 +25,12 @@ submodule(suites_of_runs) test_baselines
       procedure :: torque => watchful_torque
    end type watchful_torque_t
 
+   !> A torque that is no number.
+   type, extends(applied_torque_t) :: broken_torque_t
+   contains
+      procedure :: torque => broken_torque
+   end type broken_torque_t
+
 contains
 
    module procedure collect_baselines
@@ -386,12 +392,17 @@ contains
    subroutine not_finite_is_reported(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), pointer :: problem
-      real(wp) :: nan
-      nan = ieee_value(nan, ieee_quiet_nan)
       problem => box()
-      call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[nan, 0.0_wp, 0.0_wp]))
+      call problem%system%effects%add(broken_torque_t(name='torque'))
       call check_failure(error, problem, 0.01_wp, NUTATE_NOT_FINITE)
    end subroutine not_finite_is_reported
+
+   pure function broken_torque(self, t, q, omega) result(tau)
+      class(broken_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = ieee_value(tau, ieee_quiet_nan)
+   end function broken_torque
 
    subroutine states_off_the_constraints_are_refused(error)
       type(error_type), allocatable, intent(out) :: error

@@ -12,7 +12,8 @@ module nutate_stepper
    implicit none
    private
 
-   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, is_inside, keep_starts, outside, system_t
+   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, check_prepared, is_inside, keep_starts, &
+      outside, system_t
 
    character(len=*), parameter :: outside = 'the time is not inside a step that was kept'
 
@@ -57,6 +58,8 @@ module nutate_stepper
       logical :: conserves = .false.
       !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
+      !> Number by which a system shows that is not the one of the last `prepare`.
+      integer, private :: system_mark = 0
       !> State at the start of the last step, allocated if starts are stored; length of the step, and the time that
       !> decided which torques act, s.
       type(state_t), allocatable :: last_start
@@ -152,8 +155,8 @@ module nutate_stepper
 
    interface
 
-      !> Stores the settings and makes the work space. Errors: those of the method's `set_up`, mostly
-      !> `NUTATE_BAD_ARGUMENT` for settings that it cannot honour.
+      !> Stores the settings and makes the work space. Errors: those of `check_system` and of the method's `set_up`,
+      !> mostly `NUTATE_BAD_ARGUMENT` for settings that it cannot honour.
       recursive module subroutine prepare_stepper(self, system, settings, status)
          class(stepper_t), intent(inout) :: self
          type(system_t), intent(in) :: system
@@ -169,8 +172,15 @@ module nutate_stepper
          type(status_t), intent(out) :: status
       end subroutine renew
 
+      !> Tests whether a stepper was prepared for a body with this inertia and effects. Errors: `NUTATE_BAD_ARGUMENT`.
+      module subroutine check_prepared(self, system, status)
+         class(stepper_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         type(status_t), intent(inout) :: status
+      end subroutine check_prepared
+
       !> Moves a state by one step, the middle of which decides which torques act, and shows it. On failure the state is
-      !> as it was.
+      !> as it was. Errors: those of the step and of `check_prepared`.
       module subroutine take_step(self, system, state, dt, status)
          !> Prepared for `system`.
          class(stepper_t), intent(inout) :: self

@@ -2,12 +2,16 @@
 submodule(nutate_stepper) nutate_stepper_procedures
    use nutate_sensitivity_projection, only: kept_steps, project_sensitivities
    use nutate_number_archive, only: number_archive_t
+   use nutate_range, only: check_system
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    implicit none
 
 contains
 
    module procedure prepare_stepper
+      call check_system(system, status)
+      call check_settings(settings, status)
+      if (.not. status%ok()) return
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(system%effects%n_works()), source=0.0_wp)
       self%iterations = 0
@@ -17,6 +21,7 @@ contains
       self%error_estimate = 0.0_wp
       self%step_error = step_error_t()
       self%prepared_with = settings
+      self%system_mark = mark_of(system)
       self%keeps_steps = .false.
       self%last_length = 0.0_wp
       if (allocated(self%again)) deallocate (self%again)
@@ -33,7 +38,43 @@ contains
       if (keeps .and. status%ok()) call self%keep_steps()
    end procedure renew
 
+   !> Tests the settings that all methods have. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_settings(settings, status)
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(inout) :: status
+      if (.not. settings%max_step > 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'max_step is out of range (expected a number > 0)', 'max_step')
+      else if (settings%max_iterations < 1) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'max_iterations is out of range (expected 1 or more)', 'max_iterations')
+      else if (.not. settings%tolerance >= 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'tolerance is out of range (expected a number >= 0)', 'tolerance')
+      end if
+   end subroutine check_settings
+
+   !> Returns a number of the inertia of a system and of its numbers of potentials, torques, rotors and wheels.
+   pure integer function mark_of(system) result(mark)
+      type(system_t), intent(in) :: system
+      real(wp), parameter :: weights(3, 3) = reshape([1.0_wp, 1.1_wp, 1.3_wp, 1.4_wp, 1.7_wp, 1.9_wp, 2.3_wp, 2.6_wp, &
+                                                      2.9_wp], [3, 3])
+      real(wp) :: number
+      integer :: halves(2)
+      associate (effects => system%effects)
+         number = sum(weights*system%body%inertia)*(1 + effects%n_potentials + 1e2_wp*effects%n_torques + &
+                                                    1e4_wp*effects%n_rotors + 1e5_wp*effects%n_wheels)
+      end associate
+      halves = transfer(number, halves)
+      mark = ieor(halves(1), halves(2))
+   end function mark_of
+
+   module procedure check_prepared
+      if (self%system_mark /= mark_of(system)) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the stepper was prepared for another system, or before the system '// &
+                       'changed (expected make_stepper or renew)', 'system')
+   end procedure check_prepared
+
    module procedure take_step
+      call check_prepared(self, system, status)
+      if (status%code /= 0) return
       if (self%keeps_steps) call self%mark_step(state, dt, state%t + 0.5_wp*dt)
       call self%advance(system, state, dt, state%t + 0.5_wp*dt, status)
       if (status%code == 0) call self%project_for_output(system, state)

@@ -82,7 +82,7 @@ module nutate_progress
 
    interface
 
-      !> Starts a run from a plan and a first state. Errors: `NUTATE_BAD_ARGUMENT`; those of `check_attitude`.
+      !> Starts a run from a plan that was checked, and a first state. Errors: those of `check_attitude`.
       module subroutine start_run(self, effects, state, plan, status)
          type(progress_t), intent(inout) :: self
          type(effect_list_t), intent(in) :: effects

@@ -4,16 +4,11 @@ submodule(nutate_progress) nutate_progress_procedures
    use nutate_event_list, only: event_list_t
    use nutate_range, only: check_attitude
    use nutate_state, only: add_increment
-   use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    implicit none
 
 contains
 
    module procedure start_run
-      if (plan%every < 1) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'rows are at least one step apart')
-         return
-      end if
       call check_attitude(state%q, status)
       if (.not. status%ok()) return
       self%plan = plan

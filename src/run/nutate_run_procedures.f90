@@ -4,13 +4,15 @@ submodule(nutate_run) nutate_run_procedures
    use nutate_control, only: beyond_accuracy, is_watched
    use nutate_error_control, only: error_control_t, is_evaluable
    use nutate_fixed_steps, only: count_steps, fixed_steps_t
+   use nutate_limits, only: is_moderate
    use nutate_method_choice, only: choose_settings
    use nutate_methods, only: make_stepper
    use nutate_passed_windows, only: begin_windows, pass_windows_inside
    use nutate_progress, only: conclude_run, end_of_step, is_over, start_run, way_t
+   use nutate_range, only: check_system
    use nutate_run_loop, only: drive, transfer_run
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: outside
+   use nutate_stepper, only: check_prepared, outside
    use nutate_varying_inertia, only: check_change
    implicit none
 
@@ -28,17 +30,22 @@ contains
    module procedure integrate_by_stepper
       type(progress_t) :: progress
       type(fixed_steps_t) :: policy
-      call start_run(progress, system%effects, state, plan, status)
+      call check_plan(plan, state%t, status)
+      call check_end(plan, status)
+      call check_prepared(stepper, system, status)
+      if (status%ok()) call start_run(progress, system%effects, state, plan, status)
       policy%stepper => stepper
       if (status%ok()) call policy%begin(progress, status)
-      if (status%ok()) call expect_events(progress, policy, event_list_t(), system, status)
-      if (present(events) .and. status%ok()) call expect_events(progress, policy, events, system, status)
+      if (status%ok()) call expect_events(progress, event_list_t(), system, status, policy)
+      if (present(events) .and. status%ok()) call expect_events(progress, events, system, status, policy)
       if (status%ok()) call drive(progress, policy, system, status, observer)
       call conclude_run(progress, state, summary)
    end procedure integrate_by_stepper
 
    module procedure begin_by_settings
-      call start_run(self%progress_t, system%effects, state, plan, status)
+      call check_plan(plan, state%t, status)
+      if (status%ok()) call check_system(system, status)
+      if (status%ok()) call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
       self%requested = settings
       self%goal = plan%goal
@@ -52,7 +59,8 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'adaptive steps are made from settings, not from a stepper')
          return
       end if
-      call start_run(self%progress_t, system%effects, state, plan, status)
+      call check_plan(plan, state%t, status)
+      if (status%ok()) call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
       call stepper%copy(self%stepper)
       call self%release()
@@ -61,6 +69,8 @@ contains
 
    module procedure set_plan
       type(run_plan_t) :: own
+      call check_plan(plan, self%state%t, status)
+      if (.not. status%ok()) return
       own = plan
       if (is_on_grid(self, plan%time_step) .and. .not. plan%goal%active()) then
          own%steps_before = self%plan%steps_before
@@ -81,6 +91,55 @@ contains
       self%summary%table_error = 0.0_wp
       call prepare_steps(self, system, status)
    end procedure set_plan
+
+   !> Tests the numbers of a plan. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_plan(plan, start, status)
+      type(run_plan_t), intent(in) :: plan
+      !> Start of the run, s.
+      real(wp), intent(in) :: start
+      type(status_t), intent(out) :: status
+      real(wp) :: goals(3)
+      goals = [plan%goal%accuracy, plan%goal%local_tolerance, plan%goal%error_rate]
+      if (plan%every < 1) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'rows are at least one step apart', 'every')
+      else if (.not. abs(plan%end_time) <= huge(plan%end_time)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the end time is not finite', 'end_time')
+      else if (.not. is_moderate(plan%time_step)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time step is not finite or too large', 'time_step')
+      else if (.not. all(is_moderate(goals) .and. goals >= 0.0_wp)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a goal is out of range (expected a number > 0, or 0 for none)', 'accuracy')
+      else if (.not. (is_moderate(plan%interval) .and. plan%interval >= 0.0_wp)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the interval between rows is out of range (expected a number >= 0)', &
+                       'interval')
+      else if (allocated(plan%times) .and. plan%end_time < huge(plan%end_time)) then
+         if (.not. are_in_order(plan, start)) status = fail(NUTATE_BAD_ARGUMENT, &
+            'the times of the rows are not in order from the present time', 'times')
+      end if
+   end subroutine check_plan
+
+   !> Returns true if the times of the output points are in the order of the run, from its start.
+   !> Times after its end are not reached.
+   pure logical function are_in_order(plan, start)
+      !> Plan with such times.
+      type(run_plan_t), intent(in) :: plan
+      !> Start of the run, s.
+      real(wp), intent(in) :: start
+      real(wp) :: sense
+      sense = sign(1.0_wp, plan%end_time - start)
+      associate (times => plan%times, n => size(plan%times))
+         are_in_order = all(is_moderate(times))
+         if (.not. are_in_order .or. n == 0) return
+         are_in_order = all(sense*(times(2:) - times(:n - 1)) >= 0.0_wp) .and. sense*(times(1) - start) >= 0.0_wp
+      end associate
+   end function are_in_order
+
+   !> Tests whether a plan has an end. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_end(plan, status)
+      type(run_plan_t), intent(in) :: plan
+      type(status_t), intent(inout) :: status
+      if (.not. plan%end_time < huge(plan%end_time)) status = fail(NUTATE_BAD_ARGUMENT, &
+         'the plan has no end time (expected end_time, or run_to)', 'end_time')
+   end subroutine check_end
 
    !> Returns true if the next nominal step continues the previous ones.
    pure logical function is_on_grid(self, time_step)
@@ -133,7 +192,7 @@ contains
          end associate
          if (status%ok()) call self%policy%expect_events(system, self%progress_t, status)
       else
-         call expect_events(self%progress_t, self%policy, event_list_t(), system, status)
+         call expect_events(self%progress_t, event_list_t(), system, status, self%policy)
       end if
    end subroutine prepare_steps
 
@@ -159,8 +218,12 @@ contains
    end subroutine point_to_stepper
 
    module procedure set_events
-      call point_to_stepper(self)
-      call expect_events(self%progress_t, self%policy, events, system, status)
+      if (.not. allocated(self%policy)) then
+         call expect_events(self%progress_t, events, system, status)
+      else
+         call point_to_stepper(self)
+         call expect_events(self%progress_t, events, system, status, self%policy)
+      end if
    end procedure set_events
 
    module procedure differentiate
@@ -225,12 +288,13 @@ contains
    end procedure follow_chaos
 
    !> Sets events, and those of the limits and samples of a system.
-   subroutine expect_events(progress, policy, events, system, status)
+   subroutine expect_events(progress, events, system, status, policy)
       type(progress_t), intent(inout) :: progress
-      class(step_policy_t), intent(inout) :: policy
       type(event_list_t), intent(in) :: events
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
+      !> The policy of the steps, unless the plan has no end yet.
+      class(step_policy_t), intent(inout), optional :: policy
       logical :: is_first, switches
       integer :: i
       if (events%count() == 0 .and. allocated(progress%events)) return
@@ -244,7 +308,7 @@ contains
       if (.not. is_first) deallocate (progress%events)
       allocate (progress%events)
       call progress%events%begin(events, system, progress%state, status)
-      if (is_first .and. status%ok()) call policy%expect_events(system, progress, status)
+      if (is_first .and. present(policy) .and. status%ok()) call policy%expect_events(system, progress, status)
    end subroutine expect_events
 
    !> Tests whether the accuracy of a plan can be promised. Errors: `NUTATE_BAD_ARGUMENT`.
@@ -306,6 +370,11 @@ contains
    end procedure resume
 
    module procedure run_to_end
+      call check_end(self%plan, status)
+      if (.not. allocated(self%policy) .and. status%ok()) status = fail(NUTATE_BAD_ARGUMENT, &
+         'the run has no steps (expected begin or set_plan before)', 'run')
+      if (status%ok()) call check_steppers(self, system, status)
+      if (.not. status%ok()) return
       call point_to_stepper(self)
       if (lacks_steps(self) .and. self%first_step == 0 .and. &
           .not. (allocated(self%tangent) .or. present(observer) .or. allocated(self%events) .or. &
@@ -316,6 +385,22 @@ contains
          if (status%ok()) call drive(self%progress_t, self%policy, system, status, observer)
       end if
    end procedure run_to_end
+
+   !> Tests whether the steppers of a run were prepared for a system, unless events have given the run a system of its
+   !> own. Errors: those of `check_prepared`.
+   subroutine check_steppers(self, system, status)
+      !> Run with a policy.
+      class(run_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      if (allocated(self%events)) return
+      select type (control => self%policy)
+      class is (error_control_t)
+         call check_prepared(control%half, system, status)
+      class default
+         if (allocated(self%stepper)) call check_prepared(self%stepper, system, status)
+      end select
+   end subroutine check_steppers
 
    !> Finds and performs the steps without an observer: the last run of the search is the run itself.
    subroutine go_unseen(self, system, status)
