@@ -120,7 +120,7 @@ int nutate_stepper_run_to(nutate_stepper *stepper, double end_time, int64_t ever
                           size_t capacity, size_t *n_rows);
 
 /** Returns the number of rows of nutate_stepper_run_to with fixed steps.
- * @param[in]  stepper   handle
+ * @param[in]  stepper   handle; after nutate_stepper_set, prepared by nutate_stepper_prepare or a step
  * @param[in]  end_time  end of the run, s
  * @param[in]  every     steps between rows, >= 1
  * @param[out] n_rows    number of rows */
