@@ -58,7 +58,7 @@ module nutate_stepper
       logical :: conserves = .false.
       !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
-      !> Number by which a system shows that is not the one of the last `prepare`.
+      !> Fingerprint of the system of the last `prepare`.
       integer, private :: system_mark = 0
       !> State at the start of the last step, allocated if starts are stored; length of the step, and the time that
       !> decided which torques act, s.

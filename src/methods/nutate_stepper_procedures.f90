@@ -51,7 +51,7 @@ contains
       end if
    end subroutine check_settings
 
-   !> Returns a number of the inertia of a system and of its numbers of potentials, torques, rotors and wheels.
+   !> Returns a fingerprint of a system, from its inertia and its numbers of potentials, torques, rotors and wheels.
    pure integer function mark_of(system) result(mark)
       type(system_t), intent(in) :: system
       real(wp), parameter :: weights(3, 3) = reshape([1.0_wp, 1.1_wp, 1.3_wp, 1.4_wp, 1.7_wp, 1.9_wp, 2.3_wp, 2.6_wp, &
