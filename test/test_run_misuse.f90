@@ -1,6 +1,6 @@
 !> Plans, events, tables, sensitivities and steppers that no run can follow: each is rejected, and nothing has changed.
 submodule(suites_of_runs) test_run_misuse
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_halting_mode, ieee_value
    use nutate, only: add_controller, applied_torque_t, attitude_variation, center_change_t, chaos_settings_t, chaos_t, &
       column_event_t, controller_t, damping_t, earth_field_t, effect_t, event_list_t, event_t, gravity_t, history_t, &
       inertia_change_t, inertia_variation, integrate, integrator_settings_t, long, make_shape_body, make_state, &
@@ -12,10 +12,11 @@ submodule(suites_of_runs) test_run_misuse
    use test_support, only: check, error_type, new_unittest
    implicit none
 
-   !> Counts events.
+   !> Counts rows and events.
    type, extends(observer_t) :: counter_t
-      integer :: events = 0
+      integer :: rows = 0, events = 0
    contains
+      procedure :: observe => count_row
       procedure :: observe_event => count_event
    end type counter_t
 
@@ -29,6 +30,7 @@ contains
                   new_unittest("plans that lead nowhere are rejected", plans_that_lead_nowhere), &
                   new_unittest("a run without an end, or a begin, is rejected", runs_without_an_end), &
                   new_unittest("events may be set before the end time", events_before_the_end), &
+                  new_unittest("a run in parts has the rows of its times", times_in_parts), &
                   new_unittest("an event finds its columns by itself", columns_are_found), &
                   new_unittest("events that cannot occur are rejected", events_that_cannot_occur), &
                   new_unittest("tables of a wrong shape are rejected", tables_of_a_wrong_shape), &
@@ -39,6 +41,15 @@ contains
                   new_unittest("indicators of chaos need settings in range", chaos_out_of_range), &
                   new_unittest("a history that is not open takes no row", history_not_open)]
    end procedure collect_run_misuse
+
+   subroutine count_row(self, system, state, record, status)
+      class(counter_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      self%rows = self%rows + 1
+   end subroutine count_row
 
    subroutine count_event(self, system, event, which, number, state, record, status)
       class(counter_t), intent(inout) :: self
@@ -52,10 +63,13 @@ contains
       self%events = self%events + 1
    end subroutine count_event
 
+   !> Comparing with NaN is an invalid operation. A program that traps it is stopped where it made the NaN: tests with
+   !> NaN do not trap it.
    subroutine plans_that_lead_nowhere(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_plan_t) :: plan
       real(wp) :: nan
+      call ieee_set_halting_mode(ieee_invalid, .false.)
       nan = ieee_value(nan, ieee_quiet_nan)
       call reject(run_plan_t(time_step=0.01_wp, end_time=2.0_wp, every=0_long), 'every')
       call reject(run_plan_t(time_step=nan, end_time=2.0_wp), 'time_step')
@@ -101,6 +115,7 @@ contains
       type(status_t) :: status
       type(run_t) :: run
       class(stepper_t), allocatable :: stepper
+      call ieee_set_halting_mode(ieee_invalid, .false.)
       call make_box(box, state)
       call integrate(box, integrator_settings_t(), state, run_plan_t(time_step=0.01_wp), status)
       call check(error, trim(status%subject), 'end_time', 'by settings')
@@ -129,6 +144,8 @@ contains
       type(counter_t) :: counter, expected
       call make_box(box, state)
       call run%begin(box, integrator_settings_t(), state, run_plan_t(time_step=0.01_wp), status)
+      call run%set_events(one_event(crossing_of('omega9')), box, status)
+      call check(error, trim(status%subject), 'event')
       call run%set_events(one_event(crossing_of('omega3')), box, status)
       call run%run_to(box, 1.0_wp, status, counter)
       call run%run_to(box, 2.0_wp, status, counter)
@@ -138,6 +155,26 @@ contains
       call check(error, expected%events > 0, 'no events')
       call check(error, counter%events, expected%events)
    end subroutine events_before_the_end
+
+   subroutine times_in_parts(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_plan_t) :: plan
+      type(system_t) :: box
+      type(state_t) :: state
+      type(status_t) :: status
+      type(run_t) :: run
+      type(counter_t) :: counter
+      call make_box(box, state)
+      plan = run_plan_t(time_step=0.01_wp)
+      plan%times = [0.5_wp, 1.0_wp, 1.5_wp, 2.0_wp]
+      call run%begin(box, integrator_settings_t(), state, plan, status)
+      call run%run_to(box, 1.2_wp, status, counter)
+      call check(error, status%ok() .and. counter%rows == 2, trim(status%message))
+      call run%run_to(box, 2.0_wp, status, counter)
+      call check(error, status%ok() .and. counter%rows == 4, trim(status%message))
+      call run%run_steps(box, 10_long, status, counter)
+      call check(error, status%ok() .and. abs(run%state%t - 2.1_wp) <= 1e-12_wp, trim(status%message))
+   end subroutine times_in_parts
 
    subroutine columns_are_found(error)
       type(error_type), allocatable, intent(out) :: error
@@ -162,6 +199,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(column_event_t) :: event
       real(wp) :: nan
+      call ieee_set_halting_mode(ieee_invalid, .false.)
       nan = ieee_value(nan, ieee_quiet_nan)
       call reject(column_event_t())
       call reject(crossing_of('omega9'))
@@ -230,6 +268,7 @@ contains
    subroutine axes_that_do_not_exist(error)
       type(error_type), allocatable, intent(out) :: error
       type(variation_t) :: variation
+      call ieee_set_halting_mode(ieee_invalid, .false.)
       call reject(attitude_variation(0))
       call reject(attitude_variation(4))
       call reject(rate_variation(-1))
@@ -282,6 +321,9 @@ contains
          call run%begin(box, integrator_settings_t(method=methods(i)), start, usual, status)
          call run%run_to_end(heavy, status)
          call check(error, trim(status%subject), 'system', methods(i)//' run to the end')
+         call make_stepper(box, integrator_settings_t(method=methods(i)), stepper, status)
+         call run%begin(heavy, stepper, start, usual, status)
+         call check(error, trim(status%subject), 'system', methods(i)//' begin')
          call run%begin(box, integrator_settings_t(method=methods(i)), start, &
                         run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-6_wp)), status)
          call run%run_to_end(heavy, status)
@@ -292,6 +334,7 @@ contains
    subroutine settings_out_of_range(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: nan
+      call ieee_set_halting_mode(ieee_invalid, .false.)
       nan = ieee_value(nan, ieee_quiet_nan)
       ! With these lengths no step ends, and the run would not either.
       call reject(integrator_settings_t(method='dop853', max_step=nan), 'max_step')
@@ -325,6 +368,7 @@ contains
       type(tabulated_torque_t) :: motor
       real(wp) :: nan
       integer :: at
+      call ieee_set_halting_mode(ieee_invalid, .false.)
       nan = ieee_value(nan, ieee_quiet_nan)
       call reject(tabulated_torque_t(), 'table')
       call reject(inertia_change_t(is_table=.true.), 'inertia')
@@ -363,6 +407,7 @@ contains
    subroutine chaos_out_of_range(error)
       type(error_type), allocatable, intent(out) :: error
       type(chaos_t) :: chaos
+      type(run_t) :: run
       type(tangent_t) :: tangent
       type(system_t) :: box
       type(state_t) :: state
@@ -371,6 +416,11 @@ contains
       call reject(chaos_settings_t(exponents=-1))
       call reject(chaos_settings_t(exponents=1, every=0))
       call reject(chaos_settings_t(exponents=1, vector=0.0_wp))
+      call make_box(box, state)
+      call run%begin(box, integrator_settings_t(), state, usual, status)
+      call run%differentiate([attitude_variation(1)], box, status)
+      call run%follow_chaos(chaos_settings_t(exponents=-1), box, status)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT, 'beside sensitivities')
       call chaos%begin(chaos_settings_t(exponents=1), box, state, tangent, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'a tangent without begin')
 

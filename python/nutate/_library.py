@@ -396,11 +396,11 @@ def doubles(values: Any, name: str, degrees: Optional[bool] = False) -> Array:
 
 def number(value: Any, name: str) -> float:
     """A float. Rejects what `doubles` rejects: `float` would ignore units, imaginary parts and masks."""
-    if type(value) is float:
-        return value
+    if isinstance(value, float):
+        return float(value)
     if isinstance(value, (np.ndarray, np.generic)):
         value = doubles(value, name)
-    if not isinstance(value, (float, int)):
+    if not isinstance(value, int):
         refuse_units(value, name)
     try:
         return float(value)

@@ -10,7 +10,7 @@ contains
 
    module procedure prepare_stepper
       call check_system(system, status)
-      call check_settings(settings, status)
+      if (status%ok()) call check_settings(settings, status)
       if (.not. status%ok()) return
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(system%effects%n_works()), source=0.0_wp)
@@ -21,11 +21,12 @@ contains
       self%error_estimate = 0.0_wp
       self%step_error = step_error_t()
       self%prepared_with = settings
-      self%system_mark = mark_of(system)
+      self%system_mark = 0
       self%keeps_steps = .false.
       self%last_length = 0.0_wp
       if (allocated(self%again)) deallocate (self%again)
       call self%set_up(system, settings, status)
+      if (status%ok()) self%system_mark = mark_of(system)
       self%keeps_system = .false.
    end procedure prepare_stepper
 

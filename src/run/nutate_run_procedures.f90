@@ -1,8 +1,10 @@
 !> Bodies of the procedures whose interfaces are in `nutate_run`.
 submodule(nutate_run) nutate_run_procedures
    use nutate_accuracy, only: find_tolerance
+   use nutate_chaos_settings, only: most_exponents
    use nutate_control, only: beyond_accuracy, is_watched
    use nutate_error_control, only: error_control_t, is_evaluable
+   use nutate_event_tracker, only: event_tracker_t
    use nutate_fixed_steps, only: count_steps, fixed_steps_t
    use nutate_limits, only: is_moderate
    use nutate_method_choice, only: choose_settings
@@ -31,8 +33,8 @@ contains
       type(progress_t) :: progress
       type(fixed_steps_t) :: policy
       call check_plan(plan, state%t, status)
-      call check_end(plan, status)
-      call check_prepared(stepper, system, status)
+      if (status%ok()) call check_end(plan, status)
+      if (status%ok()) call check_prepared(stepper, system, status)
       if (status%ok()) call start_run(progress, system%effects, state, plan, status)
       policy%stepper => stepper
       if (status%ok()) call policy%begin(progress, status)
@@ -60,6 +62,7 @@ contains
          return
       end if
       call check_plan(plan, state%t, status)
+      if (status%ok()) call check_prepared(stepper, system, status)
       if (status%ok()) call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
       call stepper%copy(self%stepper)
@@ -274,6 +277,10 @@ contains
       type(variation_t), allocatable :: variations(:)
       integer :: n
       if (settings%exponents == 0) return
+      if (settings%exponents < 0 .or. settings%exponents > most_exponents) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'exponents is out of range (expected 1 to 6)', 'exponents')
+         return
+      end if
       n = 0
       if (allocated(self%tangent)) n = size(self%variations)
       allocate (variations(n + settings%exponents))
@@ -284,7 +291,11 @@ contains
       if (allocated(self%summary%chaos)) deallocate (self%summary%chaos)
       allocate (self%summary%chaos)
       call self%summary%chaos%begin(settings, system, self%state, self%tangent, status)
-      if (status%ok()) self%last_tangent = self%tangent
+      if (status%ok()) then
+         self%last_tangent = self%tangent
+      else
+         deallocate (self%summary%chaos)
+      end if
    end procedure follow_chaos
 
    !> Sets events, and those of the limits and samples of a system.
@@ -295,6 +306,7 @@ contains
       type(status_t), intent(inout) :: status
       !> The policy of the steps, unless the plan has no end yet.
       class(step_policy_t), intent(inout), optional :: policy
+      type(event_tracker_t), allocatable :: tracker
       logical :: is_first, switches
       integer :: i
       if (events%count() == 0 .and. allocated(progress%events)) return
@@ -305,10 +317,11 @@ contains
       call check_promise(progress%plan, system, switches, status)
       if (.not. status%ok() .or. (events%count() == 0 .and. .not. is_watched(system%effects))) return
       is_first = .not. allocated(progress%events)
-      if (.not. is_first) deallocate (progress%events)
-      allocate (progress%events)
-      call progress%events%begin(events, system, progress%state, status)
-      if (is_first .and. present(policy) .and. status%ok()) call policy%expect_events(system, progress, status)
+      allocate (tracker)
+      call tracker%begin(events, system, progress%state, status)
+      if (.not. status%ok()) return
+      call move_alloc(tracker, progress%events)
+      if (is_first .and. present(policy)) call policy%expect_events(system, progress, status)
    end subroutine expect_events
 
    !> Tests whether the accuracy of a plan can be promised. Errors: `NUTATE_BAD_ARGUMENT`.
@@ -373,7 +386,7 @@ contains
       call check_end(self%plan, status)
       if (.not. allocated(self%policy) .and. status%ok()) status = fail(NUTATE_BAD_ARGUMENT, &
          'the run has no steps (expected begin or set_plan before)', 'run')
-      if (status%ok()) call check_steppers(self, system, status)
+      if (status%ok() .and. .not. is_over(self%progress_t)) call check_steppers(self, system, status)
       if (.not. status%ok()) return
       call point_to_stepper(self)
       if (lacks_steps(self) .and. self%first_step == 0 .and. &
@@ -440,15 +453,28 @@ contains
       plan%goal = self%goal
       plan%end_time = t
       plan%steps = -1
+      call drop_passed_times(self, plan)
       call self%set_plan(system, plan, status)
       if (status%ok()) call self%run_to_end(system, status, observer)
    end procedure run_to
+
+   !> Leaves to a plan the times of rows that come after the present time, if the run has made steps.
+   pure subroutine drop_passed_times(self, plan)
+      class(run_t), intent(in) :: self
+      !> Plan with its end time.
+      type(run_plan_t), intent(inout) :: plan
+      real(wp) :: sense
+      if (self%summary%steps == 0 .or. .not. allocated(plan%times)) return
+      sense = sign(1.0_wp, plan%end_time - self%state%t)
+      plan%times = pack(plan%times, sense*(plan%times - self%state%t) > 0.0_wp)
+   end subroutine drop_passed_times
 
    module procedure run_steps
       type(run_plan_t) :: plan
       plan = self%plan
       plan%steps = n
       plan%end_time = self%end_of_steps(n, plan%time_step)
+      call drop_passed_times(self, plan)
       call self%set_plan(system, plan, status)
       if (status%ok()) call self%run_to_end(system, status, observer)
    end procedure run_steps

@@ -107,7 +107,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
-      status = status_of_failure(self%failure)
+      if (associated(self%failure)) status = status_of_failure(self%failure)
    end subroutine observe_trial
 
    !> Ends a trial run if a callback has failed, or if the poll callback requests it.

@@ -53,8 +53,8 @@ contains
       end if
       if (all(controller%by /= [BY_TORQUE, BY_WHEELS, BY_MAGNETORQUERS]) .or. &
           all(controller%law /= [POINTING, DETUMBLING])) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'by or law of the controller is none (expected BY_TORQUE, BY_WHEELS or '// &
-                       'BY_MAGNETORQUERS, and POINTING or DETUMBLING)', 'controller')
+         status = fail(NUTATE_BAD_ARGUMENT, 'by or law of the controller is unknown (expected BY_TORQUE, '// &
+                       'BY_WHEELS or BY_MAGNETORQUERS, and POINTING or DETUMBLING)', 'controller')
          return
       end if
       if (.not. mounted%is_valid() .or. (controller%law == DETUMBLING .and. controller%by /= BY_MAGNETORQUERS)) then

@@ -18,17 +18,17 @@ contains
       call event%complete(problem)
       if (problem == '') then
          if (all(event%kind /= [CROSSING, MAXIMUM, MINIMUM, EXTREMUM])) then
-            problem = 'kind is none (expected CROSSING, MAXIMUM, MINIMUM or EXTREMUM)'
+            problem = 'kind is unknown (expected CROSSING, MAXIMUM, MINIMUM or EXTREMUM)'
          else if (abs(event%direction) > 1) then
             problem = 'direction is out of range (expected -1, 0 or 1)'
          else if (.not. is_moderate(event%level)) then
-            problem = 'level is not finite or too large'
+            problem = 'level is out of range (expected up to 1e100)'
          else if (.not. (is_moderate(event%period) .and. event%period >= 0.0_wp)) then
             problem = 'period is out of range (expected a number >= 0)'
          else if (event%count < 0) then
             problem = 'count is out of range (expected a number >= 0)'
          else if (event%action < 0 .or. event%action > SWITCH_TOGGLE) then
-            problem = 'action is none (expected SWITCH_ON, SWITCH_OFF, SWITCH_TOGGLE or 0)'
+            problem = 'action is unknown (expected SWITCH_ON, SWITCH_OFF, SWITCH_TOGGLE or 0)'
          end if
       end if
       if (problem /= '') status = fail(NUTATE_BAD_ARGUMENT, "event '"//trim(event%name)//"': "//problem, 'event')
