@@ -214,6 +214,7 @@ class RowRun:
     def __init__(self, names: list[str]) -> None:
         self.names = names
         self._rows = np.empty((ROOM, len(names)))
+        self._columns = self._rows.T
         self._run = bytearray(RESULTS_FROM + RESULTS.size)
         ARRAY.pack_into(self._run, PLAN.size, self._rows.ctypes.data, ROOM)
         self.address = Address(ctypes.addressof(ctypes.c_char.from_buffer(self._run)))
@@ -233,7 +234,7 @@ class RowRun:
         n_rows, estimated_error, round_off, accuracy, history = RESULTS.unpack_from(self._run, RESULTS_FROM)
         if history:
             return take_history(ctypes.c_void_p(history), self.names)[0]
-        rows = History(zip(self.names, self._rows[:n_rows].T.copy()))
+        rows = History(zip(self.names, self._columns[:, :n_rows].copy()))
         if accuracy > 0:
             rows._take_accuracy(estimated_error, round_off, accuracy)
         return rows

@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, doubles, encoded, interruptible, library,
+from ._library import (Array, FLOAT, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, doubles, encoded, interruptible, library,
                        noted, number, pointer, quaternion, refusal, refuse_units, text_of, vector)
 from ._owners import make_again
 from .attitudes import rotate_to_body
@@ -37,7 +37,7 @@ def setting(key: str, value: Any) -> str:
     raise TypeError(f"{key} is {value!r} (expected a number, a boolean or a string)")
 
 
-take_step, run_rows = library.nutate_stepper_step, library.nutate_stepper_run_rows
+take_step, put_state, run_rows = library.nutate_stepper_step, library.nutate_stepper_set_state, library.nutate_stepper_run_rows
 
 
 class Stepper(SatelliteState):
@@ -185,6 +185,13 @@ class Stepper(SatelliteState):
         >>> stepper.time, stepper.quaternion.tolist()
         (2.0, [1.0, 0.0, 0.0, 0.0])
         """
+        # What all below comes to for such arrays, which takes as long as some steps.
+        if type(q) is type(omega) is np.ndarray and frame == "body" and xyzw is None and not self._callbacks._kept and self._owned \
+                and q.dtype is omega.dtype is FLOAT and q.shape == (4,) and omega.shape == (3,):
+            status = put_state(self._owned, number(t, "t"), q.tobytes(), omega.tobytes())
+            if status:
+                check(status, text_of(library.nutate_last_message, self._owned))
+            return
         if (q is None) == (xyzw is None) or omega is None or frame not in ("body", "space"):
             raise refusal('wrong arguments of set_state (expected q or xyzw, omega, and frame="body" or "space")')
         attitude = quaternion(q) if xyzw is None else np.roll(vector(xyzw, 4, "xyzw"), 1)
@@ -364,7 +371,8 @@ class Stepper(SatelliteState):
         history = run.take()
         if status or noted:
             self._conclude(status, history)
-        history._warn()
+        if history.accuracy_reached is False:
+            history._warn()
         return history
 
     def differentiate(self, scene: Scene) -> None:

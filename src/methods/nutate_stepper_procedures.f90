@@ -9,11 +9,14 @@ submodule(nutate_stepper) nutate_stepper_procedures
 contains
 
    module procedure prepare_stepper
-      call check_system(system, status)
+      if (.not. self%keeps_system) then
+         call check_system(system, status)
+         if (allocated(self%work)) deallocate (self%work)
+      end if
       if (status%ok()) call check_settings(settings, status)
       if (.not. status%ok()) return
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_works()), source=0.0_wp)
+      if (.not. allocated(self%work)) allocate (self%work(system%effects%n_works()))
+      self%work(:) = 0.0_wp
       self%iterations = 0
       self%residual = 0.0_wp
       self%continued = 0
@@ -21,12 +24,12 @@ contains
       self%error_estimate = 0.0_wp
       self%step_error = step_error_t()
       self%prepared_with = settings
-      self%system_mark = 0
+      if (.not. self%keeps_system) self%system_mark = 0
       self%keeps_steps = .false.
       self%last_length = 0.0_wp
       if (allocated(self%again)) deallocate (self%again)
       call self%set_up(system, settings, status)
-      if (status%ok()) self%system_mark = mark_of(system)
+      if (status%ok() .and. self%system_mark == 0) self%system_mark = mark_of(system)
       self%keeps_system = .false.
    end procedure prepare_stepper
 

@@ -67,7 +67,10 @@ contains
    pure logical function has_samples(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      has_samples = any([(effects%torques(i)%item%sample > 0.0_wp, i=1, effects%n_torques)])
+      has_samples = .false.
+      do i = 1, effects%n_torques
+         has_samples = has_samples .or. effects%torques(i)%item%sample > 0.0_wp
+      end do
    end function has_samples
 
    !> Returns the next time at which a controller takes a sample, starts or stops, s; huge if none does.

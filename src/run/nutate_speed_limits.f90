@@ -33,7 +33,10 @@ contains
    pure logical function has_speed_limits(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      has_speed_limits = any([(is_limited(effects%wheels(i)), i=1, effects%n_wheels)])
+      has_speed_limits = .false.
+      do i = 1, effects%n_wheels
+         has_speed_limits = has_speed_limits .or. is_limited(effects%wheels(i))
+      end do
    end function has_speed_limits
 
    pure logical function is_limited(wheel)

@@ -375,7 +375,7 @@ class Interrupted(SweepTest):
         self.fail_with(2, "sweep", "tumble.nml", "--resume", says=["tumble.npy.partial belongs to another sweep"])
 
     def test_histories_that_are_not_complete_are_run_again(self):
-        options = ("--quiet", "--set", "ensemble.members=3", "--set", "integrator.end_time=2000", "--set", "output.every=10",
+        options = ("--quiet", "--set", "ensemble.members=3", "--set", "integrator.end_time=500", "--set", "output.every=10",
                    "--set", "ensemble.histories=2,3")
         self.succeed("sweep", "tumble.nml", "--output", "whole.npy", *options)
         for rows, stem, keeps in (("rows.npy", "rows", "final"), ("mean.csv", "mean.csv", "none")):

@@ -139,19 +139,29 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
       character(len=len(handle%run%summary%choice)) :: choice
+      !> The stepper is there, and has only to begin anew.
+      logical :: again
       call unprepare(handle)
+      ! Runs with adaptive steps choose a method by their start.
+      again = handle%is_valid .and. .not. (handle%stale .or. handle%plan%goal%active()) .and. allocated(handle%run%spare)
+      if (again) again = handle%run%spare%keeps_system .and. &
+                         (handle%run%spare%prepared_with%attitude .eqv. handle%run%requested%attitude)
       if (handle%stale) call read_settings(handle, status)
       if (.not. status%ok()) return
       associate (run => handle%run, goal => handle%plan%goal)
          if (.not. handle%is_valid) run%requested%attitude = run%requested%attitude .or. goal%accuracy > 0.0_wp .or. &
             handle%system%effects%needs_attitude() .or. need_attitude(handle%sets)
          run%summary%settings%attitude = run%requested%attitude
-         ! The choice of a run stays. Otherwise the duration of runs is not known yet.
-         call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
-                              run%summary%settings, choice, status)
-         if (choice /= '') run%summary%choice = choice
          if (allocated(run%spare)) call move_alloc(run%spare, run%stepper)
-         if (status%ok()) call make_stepper(handle%system, run%summary%settings, run%stepper, status)
+         if (again) then
+            call run%stepper%prepare(handle%system, run%stepper%prepared_with, status)
+         else
+            ! The choice of a run stays. Otherwise the duration of runs is not known yet.
+            call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
+                                 run%summary%settings, choice, status)
+            if (choice /= '') run%summary%choice = choice
+            if (status%ok()) call make_stepper(handle%system, run%summary%settings, run%stepper, status)
+         end if
          if (status%ok() .and. run%keeps_dense_output) call run%stepper%keep_steps()
       end associate
       if (.not. status%ok()) return

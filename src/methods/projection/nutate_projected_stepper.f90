@@ -56,7 +56,9 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       call self%check_base('a projection onto the invariants', status)
-      if (status%ok()) call self%base%prepare(system, settings, status)
+      if (.not. status%ok()) return
+      self%base%keeps_system = self%keeps_system
+      call self%base%prepare(system, settings, status)
       if (.not. status%ok()) return
       self%n_wheels = system%effects%n_wheels
       call self%projection%prepare(system, settings%attitude, merge(1, self%spacing, settings%project_each))

@@ -42,6 +42,7 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
+      if (self%keeps_system) return
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
    end subroutine set_up
 
