@@ -4,6 +4,7 @@ import csv
 import ctypes
 import gc
 import glob
+import itertools
 import os
 import subprocess
 import tempfile
@@ -116,6 +117,32 @@ class StepperTest(unittest.TestCase):
         stepper = nutate.Stepper(system)
         stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 50))
         self.assertEqual(stepper.energy[1], 20.0)
+
+    def test_a_stepper_with_a_new_state_is_as_good_as_a_new_stepper(self):
+        texts = ("&body inertia = 2, 3, 4 /", "&body inertia = 2, 3, 4, mass = 1, center_of_mass = 0, 0, 0.3 / &gravity /",
+                 "&body inertia_tensor = 2, 3, 4, 0.1, 0.2, 0.3 / &rotor momentum = 0.3, -0.4, 0.7 /",
+                 "&body inertia = 2, 3, 4 / &damping coefficient = 0.05, 0.05, 0.02 / &torque body = 0.5, 0.2, 0.1, frequency = 0.3 /",
+                 "&body inertia = 2, 3, 4 / &wheel axis = 1, 1, 0, inertia = 0.1, friction = 0.01 / &inner_sphere inertia = 0.2, damping = 0.05 /")
+        methods = ({"method": name, "conserve": conserve} for name in ("rk4", "rk8", "dop853", "taylor") for conserve in (False, True))
+        orders = ({"formulation": formulation, "order": order} for formulation in ("full", "reduced") for order in (2, 4))
+        kinds = [*methods, *orders]
+        generator = np.random.default_rng(7)
+        for text, settings in itertools.product(texts, kinds):
+            length = {"local_tolerance": 1e-7} if settings.get("method") in ("dop853", "taylor") else {"time_step": 0.03}
+            steppers = [nutate.Stepper(nutate.System(text=text), **settings, **length) for _ in range(4)]
+            used = steppers.pop()
+            for i, new in enumerate(steppers):
+                q, omega = generator.normal(size=4), generator.normal(size=3)
+                if i == 1:
+                    used.keep_steps()
+                for stepper in (used, new):
+                    stepper.set_state(q/np.linalg.norm(q), omega, t=0.1*i)
+                    # A wheel's motor is set for one motion.
+                    if i == 1 and "wheel" in text:
+                        stepper.set_motor(0, 0.02)
+                with self.subTest(text=text, settings=settings, i=i):
+                    self.assertEqual(*(str({name: column.tolist() for name, column in stepper.run_to(1.0).items()}) for stepper in (used, new)))
+                    self.assertEqual(used.energy.tolist(), new.energy.tolist())
 
 
 class CallbackTest(unittest.TestCase):
