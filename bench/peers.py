@@ -159,21 +159,25 @@ def measure(name, arguments):
     return result
 
 
-def ensemble(rate, text, members, rounds):
-    """Returns the times of nutate and heyoka for an ensemble to 1e-9, s a member on one thread."""
+def ensemble(rate, text, closed, members, rounds):
+    """Returns the times of ways to take an ensemble to 1e-9, s a member on one thread."""
     rates = np.random.default_rng(1).uniform(-5, 5, (members, 3))
     starts = np.concatenate([np.tile(START[:4], (members, 1)), rates], axis=1)
     system = heyoka_system(rate, 7)
     exact = [exact_attitude(system, start) for start in starts]
     table = {f"initial.angular_velocity.{i + 1}": rates[:, i] for i in range(3)}
-    text += " &initial quaternion = 0.8, 0.6, 0.0, 0.0, angular_velocity = 3*0.0 / &integrator method = 'taylor', end_time = "
+    text += f" &initial quaternion = 0.8, 0.6, 0.0, 0.0, angular_velocity = 3*0.0 / &integrator end_time = {END}, "
     width = hy.recommended_simd_size()
     batches = starts.reshape(-1, width, 7).transpose(0, 2, 1).copy()
     ends = np.empty_like(batches)
 
-    def sweep(tolerance):
-        scene = nutate.Scene(text=f"{text}{END}, local_tolerance = {tolerance!r} /")
-        return lambda: nutate.sweep(scene, table=table, threads=1)
+    def sweep(settings):
+        scene = nutate.Scene(text=f"{text}{settings} /")
+
+        def run():
+            end = nutate.sweep(scene, table=table, threads=1)
+            return np.stack([end[f"q{i}"] for i in range(4)], axis=1)
+        return run
 
     def batch(tolerance):
         integrator = hy.taylor_adaptive_batch(system, batches[0].copy(), tol=tolerance)
@@ -184,19 +188,17 @@ def ensemble(rate, text, members, rounds):
                 integrator.state[:] = start
                 integrator.propagate_until(END)
                 end[:] = integrator.state
-            return ends
+            return ends.transpose(0, 2, 1).reshape(-1, 7)[:, :4]
         return run
 
+    ways = {"taylor": (sweep(f"method = 'taylor', local_tolerance = {tolerance!r}") for tolerance in TOLERANCES),
+            "heyoka": (batch(tolerance) for tolerance in TOLERANCES)}
+    if closed:
+        ways["exact"] = iter([sweep(f"method = 'exact', time_step = {END}")])
     result = {}
-    for way, make in (("nutate", sweep), ("heyoka", batch)):
-        for tolerance in TOLERANCES:
-            run = make(tolerance)
-            end = run()
-            if way == "nutate":
-                attitudes = np.stack([end[f"q{i}"] for i in range(4)], axis=1)
-            else:
-                attitudes = end.transpose(0, 2, 1).reshape(-1, 7)[:, :4]
-            if np.quantile([*map(error_of, attitudes, exact)], REACHED) <= 1e-9:
+    for way, runs in ways.items():
+        for run in runs:
+            if np.quantile([*map(error_of, run(), exact)], REACHED) <= 1e-9:
                 result[way] = min(seconds(run) for _ in range(rounds))/members
                 break
     return result
@@ -218,7 +220,7 @@ def main():
     if not (arguments.own or arguments.motion):
         for name, rate, text in (("torque-free bodies", free, MOTIONS["torque-free"][2]),
                                  ("asymmetric tops", heavy((2.0, 3.0, 4.0)), MOTIONS["asymmetric top"][2])):
-            result["ensembles"][name] = ensemble(rate, text, 512, max(1, arguments.rounds//20))
+            result["ensembles"][name] = ensemble(rate, text, rate is free, 512, max(1, arguments.rounds//20))
             print(name, result["ensembles"][name], flush=True)
     with open(f"{FOLDER}/{arguments.name}.json", "w", encoding="utf-8") as file:
         json.dump(result, file, indent=1)
