@@ -154,7 +154,8 @@ contains
          run%summary%settings%attitude = run%requested%attitude
          if (allocated(run%spare)) call move_alloc(run%spare, run%stepper)
          if (again) then
-            call run%stepper%prepare(handle%system, run%stepper%prepared_with, status)
+            call run%stepper%prepare(handle%system, run%summary%settings, status)
+            if (.not. status%ok()) deallocate (run%stepper)
          else
             ! The choice of a run stays. Otherwise the duration of runs is not known yet.
             call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
