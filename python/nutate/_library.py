@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import difflib
 import importlib
+import operator
 import os
 import re
 import signal
@@ -387,7 +388,7 @@ def doubles(values: Any, name: str, degrees: Optional[bool] = False) -> Array:
     except NutateValueError:
         raise
     except (ValueError, OverflowError) as error:
-        raise refusal(f"{name} is {values!r} (expected numbers)") from error
+        raise refusal(f"{name} is {shown(values)} (expected numbers)") from error
     kind = "masked" if np.ma.is_masked(values) else {"c": "complex", "m": "calendar", "M": "calendar"}.get(array.dtype.kind)
     if kind:
         raise refusal(f"{name} has {kind} values (expected real numbers)")
@@ -405,7 +406,35 @@ def number(value: Any, name: str) -> float:
     try:
         return float(value)
     except (ValueError, OverflowError) as error:
-        raise refusal(f"{name} is {value!r} (expected a number)") from error
+        raise refusal(f"{name} is {shown(value)} (expected a number)") from error
+
+
+# Largest numbers that C's int and int64_t hold: ctypes would cut off what is above.
+GREATEST_INT, GREATEST_LONG = 2**31 - 1, 2**63 - 1
+
+
+def whole(value: Any, name: str, least: int, greatest: int = GREATEST_LONG) -> int:
+    """An integer in its range."""
+    n = operator.index(value)
+    if not least <= n <= greatest:
+        raise refusal(f"{name} is {shown(n)} (expected {least} to {greatest})")
+    return n
+
+
+def digits(value: Any, name: str) -> str:
+    """An integer as a scene file writes it."""
+    try:
+        return str(int(value))
+    except ValueError as error:
+        raise refusal(f"{name} is too large to be written (expected fewer digits)") from error
+
+
+def shown(value: Any) -> str:
+    """How a message shows a value. Python refuses to write integers of more than some thousand digits."""
+    try:
+        return repr(value)
+    except ValueError:
+        return "too large to be written"
 
 
 def vector(values: npt.ArrayLike, size: int, name: str, degrees: bool = False) -> Array:

@@ -9,7 +9,7 @@ from typing import Any, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, create, doubles, library, number, refusal
+from ._library import Array, GREATEST_INT, create, doubles, library, number, refusal, whole
 from ._owners import Owner
 from .systems import System
 
@@ -60,7 +60,7 @@ class Bodies(Owner):
         systems = [classes] if isinstance(classes, System) else list(classes)
         handles = (ctypes.c_void_p * len(systems))(*[system._handle for system in systems])
         super().__init__(create(library.nutate_bodies_create, handles, len(systems), FRAMES.index(frame)))
-        self._call("nutate_bodies_set_threads", threads)
+        self._call("nutate_bodies_set_threads", whole(threads, "threads", 0, GREATEST_INT))
 
     def step(self, dt: float, q: Array, l: Array, torque: npt.ArrayLike, class_of: Optional[npt.ArrayLike] = None) -> None:
         """Moves bodies by a step: `l` by dt torque, then `q` without torque.
@@ -131,4 +131,8 @@ def of_shape(values: npt.ArrayLike, shape: tuple[int, ...], name: str, kind: Any
         raise refusal(f"{name} must hold whole numbers")
     if array.shape != shape:
         raise refusal(f"{name} has shape {array.shape} (expected {shape})")
+    if kind is np.intc and array.size:
+        # The conversion would cut off digits.
+        whole(array.min(), name, 0, GREATEST_INT)
+        whole(array.max(), name, 0, GREATEST_INT)
     return np.ascontiguousarray(array, dtype=kind)

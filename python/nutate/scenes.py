@@ -11,7 +11,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from ._library import (Address, Array, Text, Textual, answer, asked, check, create, encoded, interruptible, library, name_of, pointer,
-                       refusal, text_of)
+                       refusal, shown, text_of)
 from .events import History, take_events
 from .systems import UserEffects
 
@@ -227,7 +227,7 @@ class RowRun:
             else:
                 PLAN.pack_into(self._run, 0, end_time, every, interval, times.ctypes.data, times.size)
         except struct.error as error:
-            raise refusal(f"every is {every} (expected 1 to {2**63 - 1})") from error
+            raise refusal(f"every is {shown(every)} (expected 1 to {2**63 - 1})") from error
 
     def take(self) -> History:
         """Returns the rows and results of the last run."""

@@ -11,8 +11,8 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, FLOAT, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, doubles, encoded, interruptible, library,
-                       noted, number, pointer, quaternion, refusal, refuse_units, text_of, vector)
+from ._library import (Array, FLOAT, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, digits, doubles, encoded, interruptible, library,
+                       noted, number, pointer, quaternion, refusal, refuse_units, text_of, vector, whole)
 from ._owners import make_again
 from .attitudes import rotate_to_body
 from .events import Event, History, take_events
@@ -29,7 +29,7 @@ def setting(key: str, value: Any) -> str:
     if isinstance(value, bool):
         return ".true." if value else ".false."
     if isinstance(value, numbers.Integral):
-        return str(int(value))
+        return digits(value, key)
     if isinstance(value, numbers.Real):
         return repr(float(value))
     if isinstance(value, str):
@@ -186,8 +186,8 @@ class Stepper(SatelliteState):
         (2.0, [1.0, 0.0, 0.0, 0.0])
         """
         # What all below comes to for such arrays, which takes as long as some steps.
-        if type(q) is type(omega) is np.ndarray and frame == "body" and xyzw is None and not self._callbacks._kept and self._owned \
-                and q.dtype is omega.dtype is FLOAT and q.shape == (4,) and omega.shape == (3,):
+        if type(q) is np.ndarray and type(omega) is np.ndarray and q.dtype is omega.dtype is FLOAT and q.shape == (4,) and omega.shape == (3,) \
+                and frame == "body" and xyzw is None and not self._callbacks._kept and self._owned:
             status = put_state(self._owned, number(t, "t"), q.tobytes(), omega.tobytes())
             if status:
                 check(status, text_of(library.nutate_last_message, self._owned))
@@ -276,7 +276,7 @@ class Stepper(SatelliteState):
         NutateError
             If a step fails; the state is that before it.
         """
-        status = interruptible(library.nutate_stepper_steps, self._handle, number(dt, "dt"), operator.index(n), None)
+        status = interruptible(library.nutate_stepper_steps, self._handle, number(dt, "dt"), whole(n, "n", 0), None)
         self._conclude(status)
 
     def run(self, n: int, every: int = 1, initial: bool = False) -> dict[str, Array]:
@@ -308,9 +308,7 @@ class Stepper(SatelliteState):
         >>> stepper.run(100, every=50, initial=True)["t"].round(9).tolist()
         [0.0, 0.5, 1.0]
         """
-        n, every = operator.index(n), operator.index(every)
-        if every < 1 or n < 0:
-            raise refusal(f"n is {n} and every is {every} (expected at least 0 and 1)")
+        n, every = whole(n, "n", 0), whole(every, "every", 1)
         names = self.column_names
         # One row more where an event ends the run.
         rows = np.empty((n // every + 1 + bool(initial), len(names)))

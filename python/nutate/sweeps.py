@@ -14,7 +14,7 @@ from typing import Any, Callable, Iterator, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Text, answer, check, doubles, encoded, interruptible, library, names_degrees, pointer, refusal, text_of, ticking
+from ._library import Text, answer, check, doubles, encoded, interruptible, library, names_degrees, pointer, refusal, text_of, ticking, whole
 from .scenes import Scene
 from .tables import reject_repeated
 
@@ -193,16 +193,15 @@ def columns_of(table: Any) -> tuple[list[str], npt.NDArray[np.float64]]:
 
 def rows_of(scene: Scene, first: int, last: int, threads: int) -> Rows:
     """The rows of some members."""
-    first, last, threads = int(first), int(last), int(threads)
-    if scene.members and not 1 <= first <= last <= scene.members:
-        raise refusal(f"members {first} to {last} are out of range (expected 1 to {scene.members})")
-    if not 1 <= threads <= MOST_THREADS:
-        raise refusal(f"the number of threads is {threads} (expected 1 to {MOST_THREADS})")
-    fields, n_fields, whole = [], ctypes.c_size_t(), ctypes.c_int()
+    if scene.members:
+        first = whole(first, "first", 1, scene.members)
+        last = whole(last, "last", first, scene.members)
+    threads = whole(threads, "threads", 1, MOST_THREADS)
+    fields, n_fields, is_whole = [], ctypes.c_size_t(), ctypes.c_int()
     check(library.nutate_sweep_size(scene._handle, None, ctypes.byref(n_fields)))
     for i in range(n_fields.value):
-        name = text_of(library.nutate_sweep_field, scene._handle, i, ctypes.byref(whole))
-        fields.append((name, np.int64 if whole.value else np.float64))
+        name = text_of(library.nutate_sweep_field, scene._handle, i, ctypes.byref(is_whole))
+        fields.append((name, np.int64 if is_whole.value else np.float64))
     rows = np.zeros(max(0, last - first + 1), dtype=fields)
     status, message = answer(interruptible, library.nutate_sweep_members, scene._handle, first, last, threads, rows.ctypes.data,
                              rows.nbytes)

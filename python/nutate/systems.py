@@ -7,7 +7,7 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, bounds_of, create, doubles, encoded, library, number, pointer, refusal, refuse_units, vector
+from ._library import Array, bounds_of, create, digits, doubles, encoded, library, number, pointer, refusal, refuse_units, vector
 from ._owners import Recipe
 from .satellites import WheelMounting
 
@@ -23,7 +23,7 @@ def group(name: str, /, **values: Any) -> str:
         if isinstance(value, (bool, np.bool_)):
             return ".true." if value else ".false."
         if isinstance(value, (int, np.integer)) and not isinstance(value, np.timedelta64):
-            return str(int(value))
+            return digits(value, key)
         return ", ".join(text(item, key) for item in items) if np.ndim(items) else repr(float(doubles(items, key, degrees)))
 
     degrees = bool(values.get("degrees"))

@@ -89,6 +89,29 @@ class QuantityTest(unittest.TestCase):
         self.refuse("^moments is .*expected numbers", lambda moments: nutate.System(moments=moments), (10**400, 1, 1))
         self.refuse("^omega is .*expected numbers", lambda omega: stepper.set_state((1, 0, 0, 0), omega), [10**400, 0, 0])
 
+    def test_integers_that_c_cannot_hold(self):
+        """ctypes would cut off the digits above 2**32 or 2**64 and go on with what is left."""
+        body = nutate.System(moments=(5, 20, 17))
+        stepper, bodies = nutate.Stepper(body, time_step=0.1), nutate.Bodies(body)
+        q, l = np.tile([1.0, 0, 0, 0], (2, 1)), np.ones((2, 3))
+        scene = nutate.Scene(text="&body inertia = 5, 20, 17 / &initial angular_velocity = 1, 2, 3 / &integrator time_step = 0.1, end_time = 1 / "
+                                  "&ensemble members = 3 / &vary key = 'initial.angular_velocity.1', distribution = 'uniform', low = 1, high = 2 /")
+        for more in (2**32, 2**64, 10**5000):
+            if more > 2**32:
+                self.refuse("^n is .*expected 0 to", lambda n: stepper.steps(0.1, n), more + 3)
+                self.refuse("^n is .*expected 0 to", stepper.run, more + 3)
+                self.refuse("^every is .*expected 1 to", lambda n: stepper.run(3, every=n), more + 1)
+                self.refuse("^every is .*expected 1 to", lambda n: stepper.run_to(3, every=n), more + 1)
+            self.refuse("^threads is .*expected 0 to", lambda n: nutate.Bodies(body, threads=n), more + 1)
+            self.refuse("^threads is .*expected 1 to", lambda n: nutate.sweep(scene, threads=n), more + 1)
+        self.refuse("^class_of is .*expected 0 to", lambda i: bodies.drift(0.1, q, l, [0, i]), 2**32)
+        for use in (lambda n: stepper.set(order=n), lambda n: body.add("torque", body=[n, 0, 0]), stepper.step, lambda n: nutate.System(moments=(n, 1, 1))):
+            self.refuse("is too large to be written|expected numbers", use, 10**5000)
+        for use in (lambda n: stepper.steps(0.1, n), stepper.run, lambda n: nutate.Bodies(body, threads=n), lambda n: nutate.sweep_chunk(scene, 1, n)):
+            with self.assertRaises((TypeError, nutate.NutateValueError)):
+                use(1.7)
+        self.assertEqual(stepper.time, 0.0)
+
     def test_units_in_attributes(self):
         """Attributes as xarray, pandas (by the names of columns) and h5py (bytes) have them."""
         class Labelled:

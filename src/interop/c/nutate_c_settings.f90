@@ -143,7 +143,8 @@ contains
       logical :: again
       call unprepare(handle)
       ! Runs with adaptive steps choose a method by their start.
-      again = handle%is_valid .and. .not. (handle%stale .or. handle%plan%goal%active()) .and. allocated(handle%run%spare)
+      again = handle%is_valid .and. .not. (handle%stale .or. handle%plan%goal%active()) .and. &
+              allocated(handle%run%spare)
       if (again) again = handle%run%spare%keeps_system .and. &
                          (handle%run%spare%prepared_with%attitude .eqv. handle%run%requested%attitude)
       if (handle%stale) call read_settings(handle, status)
