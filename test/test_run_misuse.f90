@@ -1,6 +1,7 @@
 !> Plans, events, tables, sensitivities and steppers that no run can follow: each is rejected, and nothing has changed.
 submodule(suites_of_runs) test_run_misuse
-   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_halting_mode, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_positive_inf, ieee_quiet_nan, ieee_set_halting_mode, &
+      ieee_value
    use nutate, only: add_controller, applied_torque_t, attitude_variation, center_change_t, chaos_settings_t, chaos_t, &
       column_event_t, controller_t, damping_t, earth_field_t, effect_t, event_list_t, event_t, gravity_t, history_t, &
       inertia_change_t, inertia_variation, integrate, integrator_settings_t, long, make_shape_body, make_state, &
@@ -412,10 +413,17 @@ contains
       type(system_t) :: box
       type(state_t) :: state
       type(status_t) :: status
+      real(wp) :: nan
+      call ieee_set_halting_mode(ieee_invalid, .false.)
+      nan = ieee_value(nan, ieee_quiet_nan)
       call reject(chaos_settings_t(exponents=7))
       call reject(chaos_settings_t(exponents=-1))
       call reject(chaos_settings_t(exponents=1, every=0))
+      call reject(chaos_settings_t(exponents=1, every=huge(1)))
       call reject(chaos_settings_t(exponents=1, vector=0.0_wp))
+      call reject(chaos_settings_t(exponents=1, momentum_scale=nan))
+      call reject(chaos_settings_t(exponents=1, momentum_scale=ieee_value(nan, ieee_positive_inf)))
+      call reject(chaos_settings_t(exponents=1, momentum_scale=-1.0_wp))
       call make_box(box, state)
       call run%begin(box, integrator_settings_t(), state, usual, status)
       call run%differentiate([attitude_variation(1)], box, status)

@@ -2,7 +2,7 @@
 !> propagates. The sensitivities are orthonormalised at the end of steps, so that no motion is too long for them.
 module nutate_chaos
    use nutate_archive, only: archive_t
-   use nutate_chaos_settings, only: chaos_settings_t, most_exponents
+   use nutate_chaos_settings, only: chaos_settings_t, longest_interval, most_exponents
    use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -61,9 +61,11 @@ contains
       real(wp) :: vectors(most_exponents, most_exponents), logs(most_exponents)
       integer :: i, k
       if (settings%exponents < 1 .or. settings%exponents > min(most_exponents, tangent%n) .or. settings%every < 1 .or. &
+          settings%every > longest_interval .or. &
+          .not. (is_moderate(settings%momentum_scale) .and. settings%momentum_scale >= 0.0_wp) .or. &
           .not. (all(is_moderate(settings%vector)) .and. any(abs(settings%vector) > 0.0_wp))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'settings of chaos are out of range (expected 1 to 6 exponents, '// &
-                       'every >= 1 and a vector that is not zero)', 'exponents')
+                       'every of 1 to 100, momentum_scale >= 0 and a vector that is not zero)', 'exponents')
          return
       end if
       self%n = settings%exponents
