@@ -197,7 +197,8 @@ contains
             if (status%ok()) cycle
             exit_code = EXIT_OUTPUT
             if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
-            call say_error('nutate: member '//count_text(member)//': '//trim(status%message))
+            call say_error('nutate: member '//count_text(member)//': '//trim(status%message)//' ('// &
+                           trim(workers%program)//' sweep --resume continues)')
             return
          end do
       end subroutine write_histories

@@ -392,6 +392,17 @@ class Interrupted(SweepTest):
                     os.remove(self.path(f"{stem}.member{member}.csv"))
                 os.remove(self.path(rows))
 
+    def test_histories_that_cannot_be_written_are_run_again(self):
+        sweep = ("sweep", "tumble.nml", "--quiet", "--set", "ensemble.members=3", "--set", "ensemble.histories=2")
+        for name, keeps in (("rows", "final"), ("mean.csv", "none")):
+            output = ("--output", name.replace("rows", "rows.npy"), "--set", "ensemble.rows=" + keeps)
+            history = self.path(name + ".member2.csv")
+            os.mkdir(history)
+            self.fail_with(4, *sweep, *output, says=[f"member 2: cannot write {name}.member2.csv: ", "(nutate sweep --resume continues)"])
+            os.rmdir(history)
+            self.succeed(*sweep, *output, "--resume")
+            self.assertTrue(os.path.isfile(history))
+
     def test_what_is_not_marked_is_run_again(self):
         whole = self.sweep(output="whole.npy")
         self.interrupt(signal.SIGKILL, 1, "tumble.npy", "--set", "integrator.end_time=40", "--set", "ensemble.chunk=20")
