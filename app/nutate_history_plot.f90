@@ -62,6 +62,7 @@ contains
       character(len=:), allocatable, intent(out) :: problem
       character(len=line_length) :: line
       integer, allocatable :: places(:)
+      character(len=:), allocatable :: name, time_unit
       real(wp) :: second
       integer :: unit, fields, i
       call open_history(path, unit, line, problem)
@@ -74,6 +75,8 @@ contains
          problem = printable_path(path)//':1: t has an unknown unit (expected '//units_of('s')//')'
       end if
       do i = 2, size(names)
+         call split_header(trim(names(i)), name, time_unit)
+         if (name == 't') names(i) = name
          if (problem == '' .and. names(i) /= '' .and. any(names(:i - 1) == names(i))) &
             problem = printable_path(path)//':1: there are two columns '//quoted(trim(names(i)))//' (expected one)'
       end do

@@ -210,6 +210,7 @@ class Exports(CommandLineTest):
         for before, after, says in (("omega2", "omega2 (deg)", "'omega2 (deg)' has an unknown unit (expected rad/s, mrad/s"),
                                     ("q1", "q1 (deg)", "'q1 (deg)' has a unit (expected none)"),
                                     ("t,", "t (years),", "t has an unknown unit (expected s, ms"),
+                                    ("t,", "t (s),t (s),", "there are two columns 't'"),
                                     ("omega2", "omega1 (rad/s)", "there are two columns 'omega1'")):
             self.write("other.csv", "\n".join([lines[0].replace(before, after, 1), *lines[1:]]) + "\n")
             self.fail_with(2, "export", "other.csv", "--scene", "tumbler.nml", "--aem", "x.aem", says=("other.csv:1: " + says,))

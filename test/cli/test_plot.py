@@ -59,6 +59,9 @@ class Pictures(CommandLineTest):
     def test_a_column_that_is_there_twice_is_rejected(self):
         self.write("twice.csv", "t,omega1,omega1\n0,1,2\n1,2,3\n")
         self.fail_with(2, "plot", "twice.csv", says=["twice.csv:1: there are two columns 'omega1' (expected one)"])
+        for names in ("t,t", "t (s),t (s)", "t (s),t", "t,t (min)"):
+            self.write("twice.csv", names + ",omega1\n0,0,1\n1,1,2\n")
+            self.fail_with(2, "plot", "twice.csv", says=["twice.csv:1: there are two columns 't' (expected one)"])
         self.assertNotIn("twice.svg", self.names())
         # Long names that differ only at their ends are different columns.
         names = [f"d_sphere1_momentum1/d_rotating_frame.2.gravitational_parameter.{i}" for i in (1, 2)]
