@@ -376,6 +376,7 @@ contains
       call reject(center_change_t(), 'centre')
       call reject(earth_field_t(), 'field')
       call reject(applied_torque_t(amplitude=[1.0_wp, 0.0_wp, 0.0_wp], start=nan), 'start')
+      call reject(applied_torque_t(amplitude=[1.0_wp, 0.0_wp, 0.0_wp], start=2.0_wp, stop=1.0_wp), 'stop before start')
       call reject(damping_t(coefficient=[nan, 0.0_wp, 0.0_wp]), 'damping')
       call make_motor_table([0.0_wp, 1.0_wp], [1.0_wp, 2.0_wp], motor, status, at, torque_limit=-0.5_wp)
       call check(error, trim(status%subject), 'torque_limit')

@@ -19,7 +19,7 @@ module nutate_range
 contains
 
    !> Checks a system. Errors: `NUTATE_BAD_BODY` for a body that was not made; `NUTATE_BAD_ARGUMENT` for an effect whose
-   !> numbers, energy or torque are too large.
+   !> numbers, energy or torque are too large, or that stops before it starts.
    pure subroutine check_system(system, status)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
@@ -45,11 +45,19 @@ contains
       end associate
    end subroutine check_system
 
-   !> Checks an effect. Errors: `NUTATE_BAD_ARGUMENT` for an effect whose numbers, energy or torque are too large.
+   !> Checks an effect. Errors: `NUTATE_BAD_ARGUMENT` for an effect whose numbers, energy or torque are too large, or
+   !> that stops before it starts.
    pure subroutine check_strength(effect, status)
       class(effect_t), intent(in) :: effect
       type(status_t), intent(out) :: status
-      if (.not. effect%is_valid()) status = too_strong(effect%name)
+      real(wp) :: times(2)
+      call effect%own_window(times(1), times(2))
+      if (.not. effect%is_valid()) then
+         status = too_strong(effect%name)
+      else if (.not. times(2) > times(1)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(effect%name)//' stops before it starts (expected '// &
+                       'stop > start)', 'stop')
+      end if
    end subroutine check_strength
 
    pure type(status_t) function too_strong(name)
