@@ -10,7 +10,7 @@ submodule(suites_of_interfaces) test_ensemble
    use nutate_row_layout, only: make_layout, real_of, row_layout_t
    use nutate_sampling, only: draw_values
    use nutate_scene, only: parse_scene, scene_t
-   use nutate_status, only: status_t, NUTATE_BAD_BODY, NUTATE_BAD_SCENE
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE
    use test_statistics, only: distance_to_uniform, normal_probability
    use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed
    implicit none
@@ -40,6 +40,7 @@ contains
                   new_unittest("a member with the stepper of another is as if it came first", starts_are_alone), &
                   new_unittest("a last trial run treated as the run leaves no trace", trial_runs_are_runs), &
                   new_unittest("a frame that only some members turn is theirs alone", rotated_frames), &
+                  new_unittest("a scene without an ensemble has no rows", scenes_without_ensemble), &
                   new_unittest("effects that a program adds act on every member", added_effects), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end procedure collect_ensemble
@@ -377,6 +378,17 @@ contains
          deallocate (scene)
       end do
    end subroutine starts_are_alone
+
+   !> A scene that was not read has no ensemble.
+   subroutine scenes_without_ensemble(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(scene_t), allocatable :: scene
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      allocate (scene)
+      call make_layout(scene, layout, status)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT)
+   end subroutine scenes_without_ensemble
 
    !> Members of a body.
    subroutine run_world(world, columns, is_short, fields, error)

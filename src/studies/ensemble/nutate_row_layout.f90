@@ -32,7 +32,7 @@ module nutate_row_layout
       end function width
 
       !> Makes the layout of the result rows of a scene with an ensemble. Errors: `NUTATE_BAD_ARGUMENT` for an unknown
-      !> set of columns.
+      !> set of columns, and for a scene without an ensemble.
       module subroutine make_layout(scene, layout, status)
          type(scene_t), intent(in) :: scene
          type(row_layout_t), intent(out) :: layout

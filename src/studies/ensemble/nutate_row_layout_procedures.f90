@@ -3,6 +3,7 @@ submodule(nutate_row_layout) nutate_row_layout_procedures
    use nutate_columns, only: columns_t
    use nutate_scene_events, only: plain_name
    use nutate_spelling, only: split_list
+   use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    use nutate_propagated_columns, only: lyapunov_names
    implicit none
 
@@ -16,6 +17,11 @@ contains
       type(columns_t) :: columns
       character(len=:), allocatable :: name
       integer :: i
+      if (.not. allocated(scene%ensemble%targets)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no ensemble (expected one that was read, with &ensemble)', &
+                       'scene')
+         return
+      end if
       call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
       if (.not. status%ok()) return
       layout%names = [character(len=field_length) :: 'member', 'status', scene%ensemble%targets%name]
