@@ -78,7 +78,8 @@ contains
       call reject(run_plan_t(time_step=0.01_wp, end_time=2.0_wp, interval=nan), 'interval')
       call reject(run_plan_t(time_step=0.01_wp, end_time=2.0_wp, interval=-0.1_wp), 'interval')
       call reject(run_plan_t(end_time=2.0_wp, goal=run_goal_t(accuracy=nan)), 'accuracy')
-      call reject(run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=-1.0_wp)), 'accuracy')
+      call reject(run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=-1.0_wp)), 'local_tolerance')
+      call reject(run_plan_t(end_time=2.0_wp, goal=run_goal_t(error_rate=nan)), 'error_rate')
       plan = usual
       plan%times = [0.5_wp, 0.2_wp]
       call reject(plan, 'times')
@@ -101,6 +102,7 @@ contains
          call integrate(box, integrator_settings_t(), state, plan, status)
          call check(error, status%code, NUTATE_BAD_ARGUMENT, subject)
          call check(error, trim(status%subject), subject)
+         call check(error, index(status%message, '(expected ') > 0, trim(status%message))
          call check(error, all(abs(state%q - start%q) <= 0.0_wp) .and. abs(state%t) <= 0.0_wp, 'moved: '//subject)
          call run%begin(box, integrator_settings_t(), start, usual, status)
          call run%set_plan(box, plan, status)
@@ -233,6 +235,7 @@ contains
          call make_box(box, state)
          call integrate(box, integrator_settings_t(), state, usual, status, events=one_event(event))
          call check(error, trim(status%subject), 'event', trim(status%message))
+         call check(error, index(status%message, '(expected ') > 0, trim(status%message))
          call check(error, abs(state%t) <= 0.0_wp, 'moved: '//trim(status%message))
       end subroutine reject
 

@@ -15,7 +15,8 @@ module nutate_stepper
    public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, check_prepared, is_inside, keep_starts, &
       outside, system_t
 
-   character(len=*), parameter :: outside = 'the time is not inside a step that was kept'
+   character(len=*), parameter :: outside = 'the time is not inside a step that was kept '// &
+                                          '(expected a time in the last step)'
 
    !> Goal of a method that chooses its steps; one of the first two components is set.
    type :: step_goal_t

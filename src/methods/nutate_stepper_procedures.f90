@@ -197,8 +197,8 @@ contains
    end procedure leave_state
 
    module procedure refuse_tangent
-      status = fail(NUTATE_BAD_ARGUMENT, "method = '"//trim(self%prepared_with%method)//"' has no sensitivities", &
-                    'method')
+      status = fail(NUTATE_BAD_ARGUMENT, "method = '"//trim(self%prepared_with%method)//"' has no sensitivities "// &
+                    '(expected another method)', 'method')
    end procedure refuse_tangent
 
    module procedure propagate

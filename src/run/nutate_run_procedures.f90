@@ -101,22 +101,28 @@ contains
       !> Start of the run, s.
       real(wp), intent(in) :: start
       type(status_t), intent(out) :: status
+      character(len=15), parameter :: names(3) = [character(len=15) :: 'accuracy', 'local_tolerance', 'error_rate']
+      character(len=:), allocatable :: name
       real(wp) :: goals(3)
+      logical :: fits(3)
       goals = [plan%goal%accuracy, plan%goal%local_tolerance, plan%goal%error_rate]
+      fits = is_moderate(goals) .and. goals >= 0.0_wp
       if (plan%every < 1) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'rows are at least one step apart', 'every')
+         status = fail(NUTATE_BAD_ARGUMENT, 'rows are at least one step apart (expected every >= 1)', 'every')
       else if (.not. abs(plan%end_time) <= huge(plan%end_time)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the end time is not finite', 'end_time')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the end time is not finite (expected a time in s)', 'end_time')
       else if (.not. is_moderate(plan%time_step)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time step is not finite or too large', 'time_step')
-      else if (.not. all(is_moderate(goals) .and. goals >= 0.0_wp)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a goal is out of range (expected a number > 0, or 0 for none)', 'accuracy')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time step is not finite or too large (expected up to 1e100 s)', &
+                       'time_step')
+      else if (.not. all(fits)) then
+         name = trim(names(findloc(fits, .false., 1)))
+         status = fail(NUTATE_BAD_ARGUMENT, name//' is out of range (expected a number > 0, or 0 for none)', name)
       else if (.not. (is_moderate(plan%interval) .and. plan%interval >= 0.0_wp)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the interval between rows is out of range (expected a number >= 0)', &
                        'interval')
       else if (allocated(plan%times) .and. plan%end_time < huge(plan%end_time)) then
          if (.not. are_in_order(plan, start)) status = fail(NUTATE_BAD_ARGUMENT, &
-            'the times of the rows are not in order from the present time', 'times')
+            'the times of the rows are not in order (expected times from the present one towards end_time)', 'times')
       end if
    end subroutine check_plan
 

@@ -59,10 +59,11 @@ contains
       character(len=:), allocatable, intent(out) :: problem
       problem = ''
       call self%place()
-      if (.not. all(is_moderate(self%weights))) problem = 'a weight is not finite or too large'
+      if (.not. all(is_moderate(self%weights))) problem = 'a weight is not finite or too large (expected up to 1e100)'
       if (self%n == most_columns) return
       if (self%columns(self%n + 1) /= '') then
-         problem = "no column for events is called '"//trim(self%columns(self%n + 1))//"'"
+         problem = "no column for events is called '"//trim(self%columns(self%n + 1))// &
+                   "' (expected a name such as omega1)"
       else if (self%n == 0) then
          problem = 'columns is empty (expected the name of a column)'
       end if

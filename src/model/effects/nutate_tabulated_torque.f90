@@ -173,7 +173,8 @@ contains
       n = size(times)
       at = 0
       if (size(values, 2) /= n) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the number of lines differs from that of the times', 'table')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the number of lines differs from that of the times '// &
+                       '(expected one for each)', 'table')
          return
       end if
       do i = 1, n
