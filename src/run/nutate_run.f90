@@ -85,8 +85,8 @@ module nutate_run
 
       !> Integrates from `state` to the end time of a plan: by its time step, or by steps that keep to its goal.
       !>
-      !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings that a method cannot
-      !> honour; `NUTATE_STEP_LIMIT`; `NUTATE_NOT_CONVERGED` and others if no step is short enough; what the observer
+      !> Errors: those of `begin`, `set_events` and `follow_chaos`; `NUTATE_BAD_ARGUMENT` for a plan without an end
+      !> time; `NUTATE_STEP_LIMIT`; `NUTATE_NOT_CONVERGED` and others if no step is short enough; what the observer
       !> returned. `state` is then the last state reached.
       module subroutine integrate_by_settings(system, settings, state, plan, status, observer, summary, events, chaos)
          type(system_t), intent(in) :: system
@@ -120,8 +120,9 @@ module nutate_run
       end subroutine integrate_by_stepper
 
       !> Sets a plan and the first state, chooses what the settings leave open, and prepares steppers; for a plan
-      !> without an end time, in `run_to`. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and
-      !> for settings that a method cannot honour.
+      !> without an end time, in `run_to`. Errors: `NUTATE_BAD_BODY` for a system without a body; `NUTATE_BAD_ARGUMENT`
+      !> for numbers of the plan that are out of range, for times of rows out of order, for effects that cannot be
+      !> computed with, for a step that leads away from the end, and for settings that a method cannot honour.
       module subroutine begin_by_settings(self, system, settings, state, plan, status)
          class(run_t), intent(inout), target :: self
          type(system_t), intent(in) :: system
@@ -132,7 +133,9 @@ module nutate_run
       end subroutine begin_by_settings
 
       !> Sets a plan and the first state, for fixed steps with a copy of a stepper that is already prepared, which may
-      !> be a user-defined method.
+      !> be a user-defined method. Errors: `NUTATE_BAD_ARGUMENT` for a plan with a goal, for numbers of the plan that
+      !> are out of range, for times of rows out of order, for a stepper that was not prepared for the system, and for
+      !> a step that leads away from the end.
       module subroutine begin_by_stepper(self, system, stepper, state, plan, status)
          class(run_t), intent(inout), target :: self
          type(system_t), intent(in) :: system
@@ -145,7 +148,7 @@ module nutate_run
       end subroutine begin_by_stepper
 
       !> Sets the plan for the next part of the run, from the current state; fixed steps continue the previous ones.
-      !> Errors: those of `begin`.
+      !> Errors: those of `begin` and `set_events`.
       module subroutine set_plan(self, system, plan, status)
          !> Run that has begun.
          class(run_t), intent(inout), target :: self
@@ -155,8 +158,9 @@ module nutate_run
          type(status_t), intent(out) :: status
       end subroutine set_plan
 
-      !> Sets the events that the run locates. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not
-      !> exist, and for switches in a run to an accuracy, whose trial runs do not locate events.
+      !> Sets the events that the run locates. Errors: `NUTATE_BAD_ARGUMENT` for settings of an event that are out of
+      !> range, for columns and effects to switch that do not exist, and for switches in a run to an accuracy, whose
+      !> trial runs do not locate events.
       module subroutine set_events(self, events, system, status)
          !> Run that has begun.
          class(run_t), intent(inout), target :: self
@@ -178,7 +182,8 @@ module nutate_run
 
       !> Follows indicators of chaos from here (`nutate_chaos`), by additional sensitivities after those that the run
       !> propagates: `summary%chaos` holds them. Does nothing for settings without exponents. Errors:
-      !> `NUTATE_BAD_ARGUMENT` for effects without a derivative, and for a body at rest without a scale of momentum.
+      !> `NUTATE_BAD_ARGUMENT` for settings out of range, for effects without a derivative, and for a body at rest
+      !> without a scale of momentum.
       module subroutine follow_chaos(self, settings, system, status)
          !> Run that has begun, and whose sensitivities are set, if it has any.
          class(run_t), intent(inout), target :: self

@@ -48,7 +48,8 @@ module nutate_chaos
 contains
 
    !> Sets the last sensitivities of a tangent, one for each exponent: the first is `vector`, the others are unit
-   !> vectors, orthonormalised. Errors: `NUTATE_BAD_ARGUMENT` for a body at rest without a scale of momentum.
+   !> vectors, orthonormalised. Errors: `NUTATE_BAD_ARGUMENT` for settings out of range, for more exponents than
+   !> sensitivities, and for a body at rest without a scale of momentum.
    subroutine begin(self, settings, system, state, tangent, status)
       class(chaos_t), intent(out) :: self
       type(chaos_settings_t), intent(in) :: settings

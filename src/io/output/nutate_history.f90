@@ -175,7 +175,8 @@ contains
       used = used + len(text)
    end subroutine append_date
 
-   !> Writes a row. Errors: `NUTATE_NOT_FINITE`, and the row is not written; `NUTATE_IO`.
+   !> Writes a row. Errors: `NUTATE_BAD_ARGUMENT` for a history that is not open; `NUTATE_NOT_FINITE`, and the row is
+   !> not written; `NUTATE_IO`.
    subroutine write_row(self, system, state, record, status)
       class(history_t), intent(inout) :: self
       type(system_t), intent(in) :: system

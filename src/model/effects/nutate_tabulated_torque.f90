@@ -84,7 +84,8 @@ contains
    end subroutine build_tabulated_torque
 
    !> Makes the curve of a table of the body, from t = 0 or before to t = 0 or after. Errors: those of `check_table`;
-   !> `NUTATE_BAD_ARGUMENT` for times that repeat, and for a table that does not contain t = 0.
+   !> `NUTATE_BAD_ARGUMENT` for lines without three numbers, for times that repeat, and for a table that does not
+   !> contain t = 0.
    subroutine make_body_curve(times, values, spline, of, key, curve, status, at)
       !> Times, s, and values; shapes (n), (3, n).
       real(wp), intent(in) :: times(:), values(:, :)
@@ -119,7 +120,8 @@ contains
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for numbers that are not finite or above 1e100, for times that do not increase (for
    !> linear interpolation two may be equal, which makes a jump) or are less than 1e-50 s apart, for too few of them,
-   !> for a periodic spline whose last values differ from its first, and for an empty window.
+   !> for more or fewer lines of values than times, for lines without three numbers, for a periodic spline whose last
+   !> values differ from its first, and for an empty window.
    subroutine make_tabulated_torque(times, values, torque, status, at, spline, periodic, in_space, start, stop)
       !> Times, s; shape (n).
       real(wp), intent(in) :: times(:)

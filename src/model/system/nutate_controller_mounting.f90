@@ -21,9 +21,9 @@ contains
    !> Adds a controller to a system, after all wheels that it uses. A continuous controller of wheels becomes their
    !> motors.
    !>
-   !> Errors, with the system unchanged: `NUTATE_BAD_ARGUMENT` for an invalid controller; for a controller of wheels in
-   !> a system without wheels, or with a wheel that has a motor; for a controller that uses the field of the Earth, or
-   !> the LVLH frame, in a system without them.
+   !> Errors, with the system unchanged: `NUTATE_BAD_ARGUMENT` for an invalid controller, or one whose `by` or `law` is
+   !> unknown; for a controller of wheels in a system without wheels, or with a wheel that has a motor; for a controller
+   !> that uses the field of the Earth, or the LVLH frame, in a system without them.
    subroutine add_controller(system, controller, status)
       type(system_t), intent(inout) :: system
       type(controller_t), intent(in) :: controller

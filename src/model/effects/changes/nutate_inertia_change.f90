@@ -132,7 +132,8 @@ contains
 
    !> Makes the change of the inertia that a table describes: straight lines or a natural spline between its times, the
    !> nearest end outside of them. Errors: `NUTATE_BAD_ARGUMENT` for numbers that are not finite or above 1e100, for
-   !> times that do not increase, for fewer than two, and for a table that does not contain t = 0.
+   !> times that do not increase, for fewer than two, for more or fewer lines than times, for lines without three or six
+   !> numbers, and for a table that does not contain t = 0.
    subroutine make_tabulated_inertia(times, tensors, change, status, at, spline, mass_leaves, scale)
       !> Times, s; shape (n).
       real(wp), intent(in) :: times(:)

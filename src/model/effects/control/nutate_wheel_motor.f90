@@ -102,7 +102,8 @@ contains
    !> Makes a motor that interpolates a table of times and torques. With `torque_limit` the torque is limited there;
    !> with a limit of speed, points are added where the torque passes zero.
    !>
-   !> Errors: those of `make_tabulated_torque`; `NUTATE_BAD_ARGUMENT` for a spline with a limit.
+   !> Errors: those of `make_tabulated_torque`; `NUTATE_BAD_ARGUMENT` for a limit that is not positive, and for a spline
+   !> with a limit.
    subroutine make_motor_table(times, torques, motor, status, at, spline, periodic, start, stop, torque_limit, &
                                stops_at_a_speed)
       !> Times, s; shape (n).
