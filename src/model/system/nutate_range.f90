@@ -51,13 +51,13 @@ contains
       class(effect_t), intent(in) :: effect
       type(status_t), intent(out) :: status
       real(wp) :: times(2)
-      call effect%own_window(times(1), times(2))
       if (.not. effect%is_valid()) then
          status = too_strong(effect%name)
-      else if (.not. times(2) > times(1)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(effect%name)//' stops before it starts (expected '// &
-                       'stop > start)', 'stop')
+         return
       end if
+      call effect%own_window(times(1), times(2))
+      if (.not. times(2) > times(1)) status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(effect%name)// &
+                                                   ' stops before it starts (expected stop > start)', 'stop')
    end subroutine check_strength
 
    pure type(status_t) function too_strong(name)
