@@ -185,7 +185,7 @@ class Stepper(SatelliteState):
         >>> stepper.time, stepper.quaternion.tolist()
         (2.0, [1.0, 0.0, 0.0, 0.0])
         """
-        # What all below comes to for such arrays, which takes as long as some steps.
+        # For such arrays all that follows amounts to these lines, and takes as long as some steps.
         if type(q) is np.ndarray and type(omega) is np.ndarray and q.dtype is omega.dtype is FLOAT and q.shape == (4,) and omega.shape == (3,) \
                 and frame == "body" and xyzw is None and not self._callbacks._kept and self._owned:
             status = put_state(self._owned, number(t, "t"), q.tobytes(), omega.tobytes())
