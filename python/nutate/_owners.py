@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._library import (Array, BAD_HANDLE, HessianCallback, KnownAttributes, NutateValueError, PotentialCallback, QuantityCallback, TorqueCallback, check, doubles,
-                       interruptible, library, number, pointer, raise_interrupt, refusal, text_of, vector)
+                       interruptible, library, number, pointer, raise_interrupt, refusal, shown, text_of, vector)
 
 # Memory of callbacks that is known by its address, at most.
 MOST_VIEWS = 4096
@@ -199,7 +199,7 @@ class Callbacks:
                 value, slope = result
                 one[energy][0] = number(value, "the energy")
             except (TypeError, ValueError) as error:
-                raise refusal(f"the potential returned {result!r} (expected its energy, a number, and its gradient)") from error
+                raise refusal(f"the potential returned {shown(result)} (expected its energy, a number, and its gradient)") from error
             put(three[gradient], slope, "the gradient")
 
         return self._guard(PotentialCallback, evaluate)
@@ -224,7 +224,7 @@ class Callbacks:
             try:
                 one[g][0] = number(value, "the quantity")
             except (TypeError, ValueError) as error:
-                raise refusal(f"the quantity of an event is {value!r} (expected a number)") from error
+                raise refusal(f"the quantity of an event is {shown(value)} (expected a number)") from error
 
         return self._guard(QuantityCallback, evaluate)
 

@@ -131,8 +131,7 @@ def of_shape(values: npt.ArrayLike, shape: tuple[int, ...], name: str, kind: Any
         raise refusal(f"{name} must hold whole numbers")
     if array.shape != shape:
         raise refusal(f"{name} has shape {array.shape} (expected {shape})")
-    if kind is np.intc and array.size:
-        # The conversion would cut off digits.
-        whole(array.min(), name, 0, GREATEST_INT)
-        whole(array.max(), name, 0, GREATEST_INT)
+    if kind is np.intc and array.dtype.itemsize >= 4 and array.dtype != np.intc:
+        # The conversion would cut off digits; the greatest number is no class, as those beyond it are none.
+        array = np.minimum(array, GREATEST_INT) if array.dtype.kind == "u" else np.clip(array, -1, GREATEST_INT)
     return np.ascontiguousarray(array, dtype=kind)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._library import (Array, FLOAT, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, digits, doubles, encoded, interruptible, library,
-                       noted, number, pointer, quaternion, refusal, refuse_units, text_of, vector, whole)
+                       noted, number, pointer, quaternion, refusal, refuse_units, shown, text_of, vector, whole)
 from ._owners import make_again
 from .attitudes import rotate_to_body
 from .events import Event, History, take_events
@@ -31,10 +31,10 @@ def setting(key: str, value: Any) -> str:
     if isinstance(value, numbers.Integral):
         return digits(value, key)
     if isinstance(value, numbers.Real):
-        return repr(float(value))
+        return repr(number(value, key))
     if isinstance(value, str):
         return value
-    raise TypeError(f"{key} is {value!r} (expected a number, a boolean or a string)")
+    raise TypeError(f"{key} is {shown(value)} (expected a number, a boolean or a string)")
 
 
 take_step, put_state, run_rows = library.nutate_stepper_step, library.nutate_stepper_set_state, library.nutate_stepper_run_rows

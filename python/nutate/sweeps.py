@@ -196,6 +196,8 @@ def rows_of(scene: Scene, first: int, last: int, threads: int) -> Rows:
     if scene.members:
         first = whole(first, "first", 1, scene.members)
         last = whole(last, "last", first, scene.members)
+    else:
+        first = last = 1
     threads = whole(threads, "threads", 1, MOST_THREADS)
     fields, n_fields, is_whole = [], ctypes.c_size_t(), ctypes.c_int()
     check(library.nutate_sweep_size(scene._handle, None, ctypes.byref(n_fields)))

@@ -104,7 +104,10 @@ class QuantityTest(unittest.TestCase):
                 self.refuse("^every is .*expected 1 to", lambda n: stepper.run_to(3, every=n), more + 1)
             self.refuse("^threads is .*expected 0 to", lambda n: nutate.Bodies(body, threads=n), more + 1)
             self.refuse("^threads is .*expected 1 to", lambda n: nutate.sweep(scene, threads=n), more + 1)
-        self.refuse("^class_of is .*expected 0 to", lambda i: bodies.drift(0.1, q, l, [0, i]), 2**32)
+        for kind in (np.int64, np.uint64):
+            with self.assertRaisesRegex(nutate.NutateError, "1 of 2 bodies"):
+                bodies.drift(0.1, q, l, np.array([0, 2**32], kind))
+            self.assertEqual(bodies.failed.tolist(), [1])
         for use in (lambda n: stepper.set(order=n), lambda n: body.add("torque", body=[n, 0, 0]), stepper.step, lambda n: nutate.System(moments=(n, 1, 1))):
             self.refuse("is too large to be written|expected numbers", use, 10**5000)
         for use in (lambda n: stepper.steps(0.1, n), stepper.run, lambda n: nutate.Bodies(body, threads=n), lambda n: nutate.sweep_chunk(scene, 1, n)):

@@ -69,7 +69,8 @@ module nutate_stepper
       !> (gfortran 12 has no recursive class); it has been used since the last step.
       class(*), allocatable, private :: again
       logical, private :: used = .false.
-      !> The next `prepare` is for the system of the last one, unchanged: a method may keep what depends on that alone.
+      !> The next `prepare` is for the system of the last one, unchanged, and for a stepper of the same parts: a method
+      !> may keep what depends on these alone, so also what depends on `attitude` and `conserve`.
       logical :: keeps_system = .false.
    contains
       !> Stores the settings and makes the work space; must be called before the first step and after every change of

@@ -37,14 +37,14 @@ of DOP853. SciPy evaluates the equations in Python.
 ![Time to an attitude error of 1e-9 by motion and program](../figures/peers.svg)
 
 {times}
-RK4 in C takes {rk4} µs, SciPy's DOP853 {scipy} ms. Torque-free bodies have a closed solution, which the ratios leave out: `exact` takes
+RK4 in C takes {rk4} µs, SciPy's DOP853 {scipy} ms. Torque-free bodies have a closed solution, which the ratios above leave out: `exact` takes
 {exact} µs.
 
 ## Ensembles
 
 512 bodies with random angular velocities on one thread, of which 95 % reach an attitude error of $10^{{-9}}$ (some tops are chaotic):
 `nutate.sweep` with `exact` (free bodies only) and with `taylor`, and the batch mode of heyoka, which takes several bodies through the
-same instructions. In µs a body; the ratio is that of the fastest method.
+same instructions. In µs a body; the ratio is that of the fastest method, `exact` included.
 
 {ensembles}"""
 

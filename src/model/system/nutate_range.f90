@@ -56,18 +56,23 @@ contains
          return
       end if
       call effect%own_window(times(1), times(2))
-      if (.not. times(2) > times(1)) status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(effect%name)// &
+      if (.not. times(2) > times(1)) status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//known_as(effect%name)// &
                                                    ' stops before it starts (expected stop > start)', 'stop')
    end subroutine check_strength
 
    pure type(status_t) function too_strong(name)
       character(len=*), intent(in) :: name
-      character(len=max(len(name), 7)) :: known
-      known = name
-      if (name == '') known = 'unnamed'
-      too_strong = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(known)//' is too strong (expected finite numbers, '// &
-                        'energy and torque up to '//in_words(greatest_number)//' in SI units)')
+      too_strong = fail(NUTATE_BAD_ARGUMENT, 'the effect '//known_as(name)//' is too strong (expected finite '// &
+                        'numbers, energy and torque up to '//in_words(greatest_number)//' in SI units)')
    end function too_strong
+
+   !> Returns how a message calls an effect.
+   pure function known_as(name) result(known)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: known
+      known = trim(name)
+      if (name == '') known = 'unnamed'
+   end function known_as
 
    !> Checks an attitude. Errors: `NUTATE_BAD_ARGUMENT` for one that is not a unit quaternion to the digits it is given
    !> with.
