@@ -153,7 +153,7 @@ def measure(name, arguments):
             for run in {id(run): run for runs in goals.values() for run in runs}.values():
                 if i < 5 or times[id(run)] < 0.01*PATIENCE:
                     times[id(run)] = min(times.get(id(run), math.inf), seconds(run))
-    # What reaches an error reaches the larger ones, too.
+    # A run that reaches an error counts for the larger ones, too.
     result = {way: [min((times[id(run)] for tighter in GOALS[i:] for run in goals[tighter]), default=None) for i in range(len(GOALS))]
               for way, goals in candidates.items()}
     print(f"{name:18}" + "  ".join(way + "".join(f" {1e6*value:8.1f}" if value else "        -" for value in values)
