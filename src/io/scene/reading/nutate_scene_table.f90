@@ -157,8 +157,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       !> Number of first columns that a table may have alone; default: it has all of them.
       integer, intent(in), optional :: least
-      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any but those of the
-      !> body; default: they have none.
+      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any that stand still;
+      !> default: they have none.
       character(len=*), intent(in), optional :: frame
       character(len=:), allocatable :: path, text
       integer :: columns
@@ -233,8 +233,8 @@ contains
       !> Table; its numbers have the shape (columns, lines without the header).
       type(table_t), intent(inout) :: table
       type(scene_error_t), intent(inout) :: error
-      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any but those of the
-      !> body; default: they have none.
+      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any that stand still;
+      !> default: they have none.
       character(len=*), intent(in), optional :: frame
       character(len=:), allocatable :: problem
       integer :: position, line
@@ -292,8 +292,8 @@ contains
       character(len=*), intent(in) :: units(:)
       !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
-      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any but those of the
-      !> body; default: they have none.
+      !> Axes of the components: `body`, `inertial`, `LVLH`, `rotating` (space axes), or `space`, any that stand still;
+      !> default: they have none.
       character(len=*), intent(in), optional :: frame
       integer :: column, first(size(units)), last(size(units))
       logical :: ends
@@ -344,8 +344,8 @@ contains
       is_right(1) = frame == 'body'
       is_right(2) = frame /= 'body'
       is_right(3:9) = frame == 'inertial' .or. frame == 'space'
-      is_right(10) = frame == 'LVLH' .or. frame == 'rotating' .or. frame == 'space'
-      is_right(11:) = frame == 'rotating' .or. frame == 'space'
+      is_right(10) = frame == 'LVLH' .or. frame == 'rotating'
+      is_right(11:) = frame == 'rotating'
       found = .false.
       do i = 1, size(first)
          rest = lower_case(text(first(i):last(i)))
