@@ -134,7 +134,7 @@ contains
          call watcher%bar%erase()
          if (status%ok()) call write_listing(scene, sweep%layout, first, last, name, status)
          ! A complete file of rows means that the histories are complete, too.
-         if (status%ok()) call write_histories(sweep%layout, watcher)
+         if (status%ok()) call write_histories(sweep%layout, watcher, only_missing=.false.)
          if (status%ok() .and. exit_code == EXIT_SUCCESS) then
             call sweep%close(status)
          else
@@ -147,9 +147,10 @@ contains
          end if
       end subroutine run_all
 
-      !> Keeps a finished file, which must belong to this sweep.
+      !> Keeps a finished file, which must belong to this sweep, and adds histories that were not asked for before.
       subroutine keep_finished()
          type(row_layout_t) :: layout
+         type(sweep_progress_t) :: watcher
          type(status_t) :: status
          if (.not. listing_fits(scene, first, last, name)) then
             exit_code = EXIT_INPUT
@@ -159,8 +160,10 @@ contains
             return
          end if
          if (.not. command%quiet) call say_error(printable_path(name)//' is complete')
+         call make_layout(scene, layout, status)
+         call write_histories(layout, watcher, only_missing=.true.)
+         if (exit_code /= EXIT_SUCCESS) return
          if (scene%ensemble%keeps_rows) then
-            call make_layout(scene, layout, status)
             call finish_output(layout, first, last)
          else if (.not. any_succeeded(name)) then
             exit_code = EXIT_RUN
@@ -184,15 +187,18 @@ contains
       end subroutine give_up
 
       !> Writes the histories that the scene requests, next to the rows.
-      subroutine write_histories(layout, watcher)
+      subroutine write_histories(layout, watcher, only_missing)
          type(row_layout_t), intent(in) :: layout
          type(sweep_progress_t), intent(inout) :: watcher
+         !> Keep files that are there.
+         logical, intent(in) :: only_missing
          type(status_t) :: status, reason
          integer(long) :: fields(layout%width()), member
          integer :: i
          do i = 1, size(scene%ensemble%histories)
             member = scene%ensemble%histories(i)
             if (member < first .or. member > last) cycle
+            if (only_missing .and. file_exists(history_name(name, member))) cycle
             call write_member(scene, layout, member, history_name(name, member), watcher, fields, reason, status)
             if (status%ok()) cycle
             exit_code = EXIT_OUTPUT

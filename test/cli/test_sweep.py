@@ -434,6 +434,17 @@ class Finished(SweepTest):
             self.fail_with(2, "sweep", "tumble.nml", "--output", name, "--resume", *more, says=[name + ".txt is missing"])
             self.assertEqual(self.bytes_of(name), rows)
 
+    def test_histories_can_be_added(self):
+        sweep = ("sweep", "tumble.nml", "--quiet", "--set", "ensemble.members=3")
+        for name, stem, more in (("rows.npy", "rows", ()), ("mean.csv", "mean.csv", self.MEANS)):
+            self.succeed(*sweep, "--output", name, *more)
+            before = os.stat(self.path(name)).st_mtime_ns
+            self.succeed(*sweep, "--output", name, "--resume", *more, "--set", "ensemble.histories=2,3")
+            self.assertEqual(os.stat(self.path(name)).st_mtime_ns, before)
+            for member in ("2", "3"):
+                self.succeed(*sweep, "--member", member, "--output", "one.csv")
+                self.assertEqual(self.read(f"{stem}.member{member}.csv"), self.read("one.csv"))
+
     def test_without_resume_another_sweep_takes_its_place(self):
         rows = self.sweep()
         self.assertNotEqual(self.sweep("--set", "ensemble.seed=2"), rows)
