@@ -6,6 +6,7 @@ import io
 import multiprocessing
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import tempfile
@@ -114,6 +115,25 @@ class SweepTest(unittest.TestCase):
         with multiprocessing.get_context("fork").Pool(1) as pool:
             forked = pool.apply_async(nutate.sweep, (self.scene,), {"threads": 2}).get(timeout=600)
         self.assertEqual(forked.tobytes(), rows.tobytes())
+
+    @unittest.skipUnless(hasattr(os, "fork"), "processes are not forked here")
+    def test_scenes_are_read_in_processes_that_were_forked_while_another_thread_read_one(self):
+        ends = threading.Event()
+        reader = threading.Thread(target=lambda: [nutate.Scene(text=TUMBLE) for _ in iter(ends.is_set, True)])
+        reader.start()
+        codes = []
+        for _ in range(30):
+            child = os.fork()
+            if child == 0:
+                signal.alarm(60)
+                nutate.Scene(text=TUMBLE)
+                os._exit(0)
+            codes.append(os.waitpid(child, 0)[1])
+            if codes[-1]:
+                break
+        ends.set()
+        reader.join()
+        self.assertEqual(codes, [0]*30)
 
     def test_chunks_run_in_threads_of_python(self):
         rows, parts = nutate.sweep(self.scene), [None] * 6
