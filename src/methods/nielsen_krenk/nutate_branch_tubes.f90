@@ -22,14 +22,14 @@ module nutate_branch_tubes
 
    public :: branch_t
 
-   !> |b| from which a root is rejected: at |b| = 1, half a turn, the equations are solved by what is no step. A tube
-   !> keeps below the second, and reaches as far as the third from its root: farther the bounds, of order |b|, would be
-   !> no tighter than the tube is long.
+   !> |b| from which a root is rejected: at |b| = 1, half a revolution, the equations have a solution that is no step. A
+   !> tube stays below the second, and reaches as far as the third from its root: farther away the bounds, of order |b|,
+   !> would be no tighter than the tube is long.
    real(wp), parameter :: longest = 0.98_wp, outermost = 0.99_wp, widest = 0.15_wp
-   !> A tube reaches less far where effects have no bounds, down to this.
+   !> Least reach of a tube; it is shortened down to this if effects have no bounds.
    real(wp), parameter :: narrowest = 1e-3_wp
-   !> Shortest tube over the part reached, and most tubes: 60 end 769 of 7789 hard branches too early, the paper's box
-   !> needs 173 for a step of 3 s.
+   !> Shortest tube over the part reached, and largest number of tubes: with 60, 769 of 7789 hard branches end too
+   !> early; the paper's box needs 173 for a step of 3 s.
    real(wp), parameter :: shortest = 1e-4_wp
    integer, parameter :: most_tubes = 300
    !> The longest tube that the bounds at its start admit is shortened by the first, since they grow along it; a radius
@@ -46,7 +46,7 @@ module nutate_branch_tubes
       real(wp) :: b(3) = 0.0_wp
       !> Part of the stage that is reached.
       real(wp) :: part = 0.0_wp
-      !> Lengths that were tried.
+      !> Number of lengths tried.
       integer :: tried = 0
       !> An effect has no bounds near the root reached: what follows cannot be certified.
       logical :: is_unbounded = .false.
@@ -117,8 +117,8 @@ contains
          call equations%start(system, state, window_time)
       end subroutine set_length
 
-      !> Newton's iteration from b at a part of the stage; found if it ends within a distance of where it began, else b
-      !> stays.
+      !> Performs Newton's iteration from b at a part of the stage. `found` is true if it ends within a distance of
+      !> where it began; otherwise b is unchanged.
       subroutine find_root(part, distance, found)
          real(wp), intent(in) :: part, distance
          logical, intent(out) :: found
@@ -140,7 +140,7 @@ contains
             b = b - d
             if (.not. vector_length(b - self%b) <= distance) return
             length = vector_length(d)
-            ! At the end of the stage, until the increments stop falling.
+            ! At the end of the stage the iteration goes on until the increments stop falling.
             found = length <= enough*vector_length(b) .or. length <= at_rest .or. &
                     (length <= converged*vector_length(b) .and. length > 0.5_wp*last)
             if (found) exit
@@ -189,8 +189,8 @@ contains
          self%is_unbounded = .true.
       end subroutine begin_tube
 
-      !> v = -B Ψ_t, with Ψ_t = -(1-β)b0 + 2J⁻¹(b×sh/4) - (s²/8)J⁻¹(2tτ̂ + t²∂τ̂/∂t) + (s/2)J⁻¹τ̂_D. The equations hold
-      !> the torque of the root.
+      !> Returns v = -B Ψ_t, with Ψ_t = -(1-β)b0 + 2J⁻¹(b×sh/4) - (s²/8)J⁻¹(2tτ̂ + t²∂τ̂/∂t) + (s/2)J⁻¹τ̂_D. The
+      !> equations hold the torque of the root.
       function branch_direction(map) result(v)
          !> B J⁻¹
          type(linear_map_t), intent(in) :: map
@@ -253,7 +253,7 @@ contains
          delta = 0.0_wp
       end subroutine shorten
 
-      !> aK, aK_t and aQ of a tube of length δ.
+      !> Computes aK, aK_t and aQ of a tube of length δ.
       pure subroutine bound_derivatives(k, k_t, q)
          real(wp), intent(out) :: k, k_t, q
          real(wp) :: part, half, whole, distance
@@ -273,7 +273,7 @@ contains
 
    end subroutine follow
 
-   !> T = (1+β)τ̄ - 2b(b·τ̄)
+   !> Returns T = (1+β)τ̄ - 2b(b·τ̄).
    pure function entering(b, tau) result(t)
       real(wp), intent(in) :: b(3), tau(3)
       real(wp) :: t(3)

@@ -14,7 +14,7 @@ module nutate_composition
 
    public :: composition_t, composition_weights_t, compositions
 
-   !> Most stages that a composition has on one side of its middle, the middle included.
+   !> Largest number of stages of a composition up to its middle, the middle included.
    integer, parameter :: half_stages = 9
 
    !> One symmetric composition.
@@ -93,7 +93,8 @@ contains
       end associate
    end subroutine compose
 
-   !> Errors: those of the composed stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
+   !> Prepares the steppers of all stages. Errors: those of the composed stepper's `prepare`; `NUTATE_BAD_ARGUMENT` if
+   !> there is none.
    subroutine set_up(self, system, settings, status)
       class(composition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -111,7 +112,7 @@ contains
       end do
    end subroutine set_up
 
-   !> One step, all stages of it. Errors, with the state as it was: those of a stage.
+   !> Performs all stages of one step. Errors, with the state unchanged: those of a stage.
    subroutine advance(self, system, state, dt, window_time, status)
       class(composition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -147,7 +148,7 @@ contains
       end if
    end subroutine advance
 
-   !> So do the steppers of all stages.
+   !> Discards the history of steps of all stages.
    recursive subroutine forget_steps(self)
       class(composition_t), intent(inout) :: self
       integer :: i
@@ -156,7 +157,7 @@ contains
       end do
    end subroutine forget_steps
 
-   !> Stage by stage: each stepper still holds its own.
+   !> Moves sensitivities stage by stage: each stepper still holds its own step.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(composition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -182,7 +183,7 @@ contains
       end do
    end subroutine transfer
 
-   !> Writes the same as numbers.
+   !> Writes the data of `transfer` as numbers.
    recursive subroutine put_memory(self, room, numbers, used)
       class(composition_t), intent(inout) :: self
       integer, intent(in) :: room
@@ -194,7 +195,7 @@ contains
       end do
    end subroutine put_memory
 
-   !> Reads the same from numbers.
+   !> Reads the data of `transfer` from numbers.
    recursive subroutine take_memory(self, room, numbers, used)
       class(composition_t), intent(inout) :: self
       integer, intent(in) :: room

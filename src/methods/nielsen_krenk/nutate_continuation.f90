@@ -15,23 +15,25 @@ module nutate_continuation
 
    public :: root_t, root_acceptance_t, continuation_t
 
-   !> |b|, b = ¼Δt Ω̄, below which a root may be taken: where that of a free body with a positive determinant is the
-   !> true one (`nutate_root_proof`).
+   !> |b|, b = ¼Δt Ω̄, below which a root may be accepted: there the root of a free body with a positive determinant is
+   !> the true one (`nutate_root_proof`).
    real(wp), parameter :: near = 0.41_wp
-   !> A determinant within this factor of that of a very short step: the effects do not dominate the step. Damping makes
-   !> it large and brings no other root near, forces that depend on the attitude do. No bound is certified with it: a
-   !> factor of two in each direction is as far as a Jacobian can be treated as that of a short step.
+   !> Largest factor between a determinant and that of a very short step at which the effects do not dominate the step.
+   !> Damping makes the determinant large without bringing another root near; forces that depend on the attitude do. No
+   !> bound is certified with it: a factor of two in each direction is as far as a Jacobian can be treated as that of a
+   !> short step.
    real(wp), parameter :: mild = 4.0_wp
-   !> |b| from which a root is rejected. At |b| = 1, half a turn, the reduced equations are solved by what is no step.
+   !> |b| from which a root is rejected. At |b| = 1, half a revolution, the reduced equations have a solution that is no
+   !> step.
    real(wp), parameter :: longest = 0.98_wp
-   !> Largest change of an unknown from prediction to root, rad of half the turn, that is no jump to another root: an
-   !> eighth of `near`, which is how near to each other two roots of one step were seen.
+   !> Largest change of an unknown from prediction to root, in rad of half the rotation, that is no jump to another
+   !> root: an eighth of `near`, the least distance seen between two roots of one step.
    real(wp), parameter :: farthest_jump = 0.05_wp
    !> Change of b that a continuation aims at from one length to the next: as far as the prediction by the secant is
    !> within `farthest_jump` where the branch bends with a radius of its own length.
    real(wp), parameter :: stride_aim = 0.06_wp
-   !> Part of the step by which a continuation must be able to go on, and most lengths tried: beyond, the branch has
-   !> ended. From a length with no turn at all it starts with the second.
+   !> Least part of the step by which a continuation must advance, and largest number of lengths tried: beyond these,
+   !> the branch has ended. From a length without any rotation it starts with the second.
    real(wp), parameter :: shortest = 1e-3_wp, first_shortest = 1e-15_wp
    integer, parameter :: most_lengths = 250
 
@@ -51,9 +53,9 @@ module nutate_continuation
       logical :: forced = .false., by_attitude = .false.
    contains
       procedure :: set_up
-      !> The root is near that of a short step.
+      !> Returns true if the root is near that of a short step.
       procedure :: accepts
-      !> The root continues that of the last step.
+      !> Returns true if the root continues that of the last step.
       procedure :: continues
       !> Starts the continuation to a step.
       procedure :: begin
@@ -70,11 +72,11 @@ module nutate_continuation
       !> Growth of the step that is tried.
       real(wp), private :: stride = 1.0_wp
    contains
-      !> How much of the last change of the unknowns to add to the last root for the next prediction.
+      !> Returns the multiple of the last change of the unknowns that the next prediction adds to the last root.
       procedure :: secant
-      !> The root found is on the branch.
+      !> Returns true if the root found is on the branch.
       procedure :: keeps_to
-      !> There is a length to try.
+      !> Returns true if there is a length to try.
       procedure :: goes_on
       !> Records the outcome of a trial.
       procedure :: record_trial
@@ -89,7 +91,7 @@ contains
       self%by_attitude = system%effects%needs_attitude()
    end subroutine set_up
 
-   !> True if a root needs no continuation to be treated as the true one.
+   !> Returns true if a root needs no continuation to be treated as the true one.
    pure logical function accepts(self, root)
       class(root_acceptance_t), intent(in) :: self
       type(root_t), intent(in) :: root
@@ -98,7 +100,7 @@ contains
       if (accepts .and. self%by_attitude) accepts = root%determinant < mild
    end function accepts
 
-   !> True if a root continues that of the last step, which was true: in a step that effects dominate.
+   !> Returns true if a root continues that of the last step, which was the true one, in a step that effects dominate.
    pure logical function continues(self, root, last_determinant)
       class(root_acceptance_t), intent(in) :: self
       type(root_t), intent(in) :: root
@@ -108,41 +110,41 @@ contains
                   root%determinant > 0.5_wp*last_determinant .and. root%determinant < 2*last_determinant
    end function continues
 
-   !> Starts the continuation to a step at a length whose root can be accepted: b0 = ¼ΔtΩ0, the b of the step if
-   !> its rate stayed that of the start, tells how far.
+   !> Starts the continuation to a step at a length whose root can be accepted. The length follows from b0 = ¼ΔtΩ0, the
+   !> b of a step with the rate of its start.
    pure function begin(self, system, state, dt) result(path)
       class(root_acceptance_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      !> At the start of the step.
+      !> State at the start of the step.
       type(state_t), intent(in) :: state
-      !> s
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       type(continuation_t) :: path
       real(wp) :: b0(4), turn
       b0(1) = 0.0_wp
       b0(2:4) = (0.25_wp*dt)*angular_velocity(system, state)
       turn = quat_norm(b0)
-      ! With a margin: effects may speed the body up in the step.
+      ! The margin is for effects that speed the body up in the step.
       if (turn > 0.8_wp*near) path%stride = 0.8_wp*near/turn
       path%next = path%stride
    end function begin
 
-   !> True unless the whole step is reached or the branch has ended.
+   !> Returns true unless the whole step is reached or the branch has ended.
    pure logical function goes_on(self)
       class(continuation_t), intent(in) :: self
       goes_on = self%reached < 1.0_wp .and. self%tried < most_lengths .and. &
                 self%stride > shortest*min(1.0_wp, max(self%reached, first_shortest/shortest))
    end function goes_on
 
-   !> How much of the last change of the unknowns to add to the last root for the next prediction; the first root is
-   !> reached from none.
+   !> Returns the multiple of the last change of the unknowns that the next prediction adds to the last root; the first
+   !> root has no predecessor.
    pure real(wp) function secant(self)
       class(continuation_t), intent(in) :: self
       secant = (self%next - self%reached)/(self%reached - self%before)
    end function secant
 
-   !> True if a root can be no other than the continued one: near its prediction, the nearer the closer to the end of
-   !> the branch, and the determinant changed by no more than a factor of two.
+   !> Returns true if a root can only be the continued one: it is near its prediction, the nearer the closer the end of
+   !> the branch is, and the determinant has changed by no more than a factor of two.
    pure logical function keeps_to(self, root)
       class(continuation_t), intent(in) :: self
       type(root_t), intent(in) :: root
@@ -150,7 +152,7 @@ contains
                  root%determinant < 2*self%determinant .and. root%jump < farthest_jump*min(1.0_wp, self%determinant)
    end function keeps_to
 
-   !> Goes on from the length tried, or tries a shorter one.
+   !> Continues from the length tried, or sets a shorter one.
    pure subroutine record_trial(self, found, change, determinant)
       class(continuation_t), intent(inout) :: self
       !> The root belongs to the branch.

@@ -1,10 +1,11 @@
-!> The implicit step, whatever form its equations have: prediction, modified Newton iteration, judgement of the root,
-!> proof that it is that of the true motion (`nutate_root_proof`), or continuation in Δt where none can be had.
+!> The implicit step, for any form of its equations: prediction, modified Newton iteration, acceptance of the root,
+!> proof that it is that of the true motion (`nutate_root_proof`), or continuation in Δt if there is no proof.
 !>
 !> The unknowns are predicted by continuing the increments of the last steps. The iteration is the modified (chord)
-!> Newton method: what is dear in the Jacobian is kept as long as the iteration converges fast with it, over many steps
-!> if need be. By default it goes on until the increments stop falling, since every digit left on the table is a drift
-!> of the invariants. A form of the equations adds its mathematics: start, increment, Jacobian, update.
+!> Newton method: the expensive part of the Jacobian is kept as long as the iteration converges fast with it, over many
+!> steps if possible. By default the iteration goes on until the increments stop falling, since every digit that is not
+!> resolved becomes a drift of the invariants. A form of the equations adds its mathematics: start, increment, Jacobian,
+!> update.
 module nutate_implicit_step
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
@@ -25,19 +26,19 @@ module nutate_implicit_step
 
    public :: implicit_stepper_t, increment_t, most_cancellation, most_unknowns, usual_cancellation
 
-   !> Increments that fall by less than this per iteration call for a new Jacobian: from there a new one, and quadratic
-   !> convergence, is cheaper than the iterations that are left to round-off.
+   !> Factor per iteration above which increments fall too slowly: a new Jacobian, with quadratic convergence, is then
+   !> cheaper than the remaining iterations to round-off.
    real(wp), parameter :: too_slow = 0.1_wp
    !> A force that varies steeply with the attitude is as uncertain as the attitude's own round-off makes it, however
    !> short the step: increments of the attitude (rad) at this level, a rounding of each of some 16 products, that
    !> failed to fall so many times (not by chance) are that noise.
    real(wp), parameter :: attitude_noise = 16*eps
    integer, parameter :: most_stalls = 3
-   !> Steps that the predictor keeps after one that it predicted badly: a polynomial of higher degree extrapolates what
-   !> was bad, in the end to another root.
+   !> Number of steps that the predictor keeps after one that it predicted badly: a polynomial of higher degree would
+   !> extrapolate the bad step, in the end to another root.
    integer, parameter :: kept_after_surprise = 3
-   !> Most iterations from a prediction of a continuation, which is near the root or of no use; who allows fewer than
-   !> the second in a step gets no continuation.
+   !> Largest number of iterations from a prediction of a continuation, which is near the root or of no use. There is no
+   !> continuation if a step is allowed fewer iterations than the second.
    integer, parameter :: near = 12, fewest = 8
 
    character(len=*), parameter :: too_long = 'the step is too long to follow the motion', &
@@ -73,39 +74,40 @@ module nutate_implicit_step
       real(wp) :: determinant = 0.0_wp
       !> Step to which the kept part of the Jacobian belongs, s; 0: there is none that is worth keeping.
       real(wp) :: kept_dt = 0.0_wp
-      !> How many times the result the terms of the equations linearized last can be.
+      !> Largest ratio of terms to result in the equations linearized last.
       real(wp) :: cancellation = usual_cancellation
-      !> The stage started is on the constraint manifold and stays there, as the proof of a root assumes.
+      !> True if the stage that was started is on the constraint manifold and stays there, as the proof of a root
+      !> assumes.
       logical :: on_manifold = .true.
       !> The next step is the first since `prepare`.
       logical :: untested = .true.
       !> Iterations of a step above which the next one starts with a new Jacobian.
       integer, private :: slow = 0
    contains
-      !> Sets the state and the length of a step. Refuses states that the form cannot move.
+      !> Sets the state and the length of a step. Rejects states that the form cannot move.
       procedure(start_equations), deferred :: start
       !> Chooses units for a step that was started and for which no Jacobian was kept.
       procedure(choose_units), deferred :: scale_unknowns
-      !> The unknowns of a step with the rates of its start.
+      !> Computes the unknowns of a step with the rates of its start.
       procedure(extrapolate), deferred :: explicit_guess
-      !> One increment of the modified Newton iteration.
+      !> Computes one increment of the modified Newton iteration.
       procedure(correct_unknowns), deferred :: correct
-      !> A new Jacobian, with its determinant.
+      !> Computes a new Jacobian, with its determinant.
       procedure(linearize_equations), deferred :: linearize
-      !> b0 = ¼Δt J⁻¹(L0 - h), the b of a step whose momentum stays.
+      !> Computes b0 = ¼Δt J⁻¹(L0 - h), the b of a step with constant momentum.
       procedure(find_start_vector), deferred :: get_start_vector
-      !> The unknowns that belong to a b.
+      !> Computes the unknowns that belong to a b.
       procedure(find_unknowns), deferred :: unknowns_of
-      !> The b of a root: the vector of its Cayley map.
+      !> Computes the b of a root: the vector of its Cayley map.
       procedure(find_cayley_vector), deferred :: get_cayley_vector
       !> Moves the state to the end of the step.
       procedure(move_state), deferred :: finish
       !> Writes or reads the data that the form keeps beside unknowns.
       procedure(transfer_more), deferred :: transfer_form
-      !> Writes the same as numbers, and reads it.
+      !> Writes the data of `transfer_form` as numbers, and reads them.
       procedure(put_numbers), deferred :: put_form
       procedure(take_numbers), deferred :: take_form
-      !> To be called by the form's `set_up`.
+      !> Starts anew with a system; to be called by the form's `set_up`.
       procedure, non_overridable :: begin
       procedure :: advance
       procedure :: transfer
@@ -121,13 +123,13 @@ module nutate_implicit_step
          class(implicit_stepper_t), intent(inout) :: self
          type(system_t), intent(in) :: system
          type(state_t), intent(in) :: state
-         !> s, and the time that decides which torques act, s.
+         !> Length of the step, and time that decides which torques act, s.
          real(wp), intent(in) :: dt, window_time
          !> Success on entry.
          type(status_t), intent(inout) :: status
       end subroutine start_equations
 
-      !> Errors: `NUTATE_OFF_BRANCH` where the body turns beyond all bounds in the step.
+      !> Errors: `NUTATE_OFF_BRANCH` if the rotation in the step exceeds all bounds.
       subroutine choose_units(self, system, state, dt, window_time, status)
          import :: implicit_stepper_t, system_t, state_t, status_t, wp
          class(implicit_stepper_t), intent(inout) :: self
@@ -198,7 +200,7 @@ module nutate_implicit_step
          type(system_t), intent(in) :: system
          type(state_t), intent(inout) :: state
          real(wp), intent(in) :: dt
-         !> The root, for which `get_cayley_vector` was asked last.
+         !> Root for which `get_cayley_vector` was called last.
          real(wp), intent(in) :: z(most_unknowns)
       end subroutine move_state
 
@@ -208,7 +210,7 @@ module nutate_implicit_step
          class(archive_t), intent(inout) :: archive
       end subroutine transfer_more
 
-      !> `used` numbers are in use before and after.
+      !> Writes or reads numbers; `used` is the number in use, before and after.
       subroutine put_numbers(self, room, numbers, used)
          import :: implicit_stepper_t, wp
          class(implicit_stepper_t), intent(inout) :: self
@@ -251,8 +253,8 @@ contains
       call self%proof%set_up(system)
    end subroutine begin
 
-   !> One step. Errors, with the state as it was: `NUTATE_BAD_ARGUMENT` for a state that the form cannot move;
-   !> `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`; `NUTATE_OFF_BRANCH` where the branch of roots that
+   !> Performs one step. Errors, with the state unchanged: `NUTATE_BAD_ARGUMENT` for a state that the form cannot move;
+   !> `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`; `NUTATE_OFF_BRANCH` if the branch of roots that
    !> continues the true motion from short steps ends before this one.
    subroutine advance(self, system, state, dt, window_time, status)
       class(implicit_stepper_t), intent(inout) :: self
@@ -290,7 +292,7 @@ contains
       end if
    end subroutine advance
 
-   !> Moves the state, and books the work of the dependence on time.
+   !> Moves the state, and adds the work of the dependence on time.
    subroutine finish_time_dependent(self, system, state, dt, z)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -304,8 +306,8 @@ contains
       state%time_dependent_until = state%t
    end subroutine finish_time_dependent
 
-   !> The root that continues the true motion: certified, or by a rule where nothing can be certified. Errors: those of
-   !> `iterate`; `NUTATE_OFF_BRANCH`.
+   !> Finds the root that continues the true motion: certified, or by a rule if nothing can be certified. Errors: those
+   !> of `iterate`; `NUTATE_OFF_BRANCH`.
    subroutine find_true_root(self, system, state, dt, window_time, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -347,7 +349,7 @@ contains
       end select
    end subroutine find_true_root
 
-   !> The root next to the prediction. Errors: those of `iterate`.
+   !> Finds the root next to the prediction. Errors: those of `iterate`.
    subroutine find_root(self, system, dt, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -370,7 +372,7 @@ contains
       end if
    end subroutine find_root
 
-   !> The root to which the branch was followed. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
+   !> Uses the root to which the branch was followed. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
    subroutine use_followed_root(self, system, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -387,8 +389,8 @@ contains
       if (self%cancellation > most_cancellation) status = fail(NUTATE_NOT_CONVERGED, no_convergence)
    end subroutine use_followed_root
 
-   !> The root found, if it is near that of a short step or continues that of the last step; else that of a continuation
-   !> in Δt. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
+   !> Uses the root found if it is near that of a short step or continues that of the last step; otherwise that of a
+   !> continuation in Δt. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
    subroutine use_likely_root(self, system, state, dt, window_time, last, b, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -396,7 +398,7 @@ contains
       real(wp), intent(in) :: dt, window_time
       !> Determinant of the last step of the same length, 0 if there is none; b of the root found.
       real(wp), intent(in) :: last, b(3)
-      !> The root found on entry.
+      !> Root found, on entry.
       real(wp), intent(inout) :: z(most_unknowns)
       !> Status of the search for this root.
       type(status_t), intent(inout) :: status
@@ -413,14 +415,14 @@ contains
          call continue_to_root(self, system, state, dt, window_time, z, status)
    end subroutine use_likely_root
 
-   !> Follows the branch of the true motion from short steps to this one. Success leaves its root in z.
+   !> Follows the branch of the true motion from short steps to this one. On success z is its root.
    subroutine continue_to_root(self, system, state, dt, window_time, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: dt, window_time
       real(wp), intent(out) :: z(most_unknowns)
-      !> On entry: why the root found at once will not do; it stays where the branch ends.
+      !> On entry the reason why the root found directly is rejected; unchanged if the branch ends.
       type(status_t), intent(inout) :: status
       type(continuation_t) :: path
       real(wp) :: last(most_unknowns), change(most_unknowns), b(3), last_b(3)
@@ -441,9 +443,9 @@ contains
 
    contains
 
-      !> The root of a shorter step; is it on the branch?
+      !> Finds the root of a shorter step, and whether it is on the branch.
       subroutine try_length(length)
-         !> s
+         !> Length of the shorter step, s.
          real(wp), intent(in) :: length
          real(wp) :: predicted(most_unknowns)
          type(root_t) :: root
@@ -457,7 +459,7 @@ contains
          z = predicted
          self%kept_dt = 0.0_wp
          call iterate(self, system, z, min(near, self%prepared_with%max_iterations), trial)
-         ! The determinant counts at the root itself.
+         ! The determinant is needed at the root itself.
          if (trial%code == 0) call self%linearize(system, z, trial)
          found = trial%code == 0
          if (found) then
@@ -477,16 +479,16 @@ contains
 
    end subroutine continue_to_root
 
-   !> The modified Newton iteration from the prediction z to a root. Errors: those of an increment;
+   !> Performs the modified Newton iteration from the prediction z to a root. Errors: those of an increment;
    !> `NUTATE_NOT_CONVERGED`, `NUTATE_NOT_FINITE`.
    subroutine iterate(self, system, z, most, status, known)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: z(most_unknowns)
-      !> Most iterations.
+      !> Largest number of iterations.
       integer, intent(in) :: most
       type(status_t), intent(inout) :: status
-      !> z is the root but for round-off, as large as the form says; default `.false.`.
+      !> True if z is the root up to a round-off that the form determines; default `.false.`.
       logical, intent(in), optional :: known
       type(increment_t) :: increment
       real(wp) :: previous
@@ -521,16 +523,17 @@ contains
       end if
    end subroutine iterate
 
-   !> True if a further increment would change nothing: the present one is below the tolerance, or, by default, so far
-   !> down at round-off that even at the slowest rate the next is below it, or the increments stopped falling at that
-   !> level. How fast they fell so far says nothing of those in directions not yet seen: trusting it makes energy drift.
+   !> Returns true if a further increment would change nothing: the present one is below the tolerance, or, by default,
+   !> so close to round-off that even at the slowest rate the next is below it, or the increments stopped falling at
+   !> that level. The rate at which they fell so far holds only for the directions seen so far: relying on it makes the
+   !> energy drift.
    pure logical function has_converged(increment, previous, tolerance, cancellation)
       type(increment_t), intent(in) :: increment
       !> Largest entry of the previous increment.
       real(wp), intent(in) :: previous
       !> 0: until the increment stops falling.
       real(wp), intent(in) :: tolerance
-      !> How many times the result terms of the equations can be.
+      !> Largest ratio of terms to result in the equations.
       real(wp), intent(in) :: cancellation
       associate (size => increment%size, length => increment%length)
          if (tolerance > 0.0_wp) then
@@ -541,7 +544,7 @@ contains
       end associate
    end function has_converged
 
-   !> The next step is predicted, and its Jacobian taken, afresh.
+   !> Discards predictions and Jacobian: the next step starts without them.
    subroutine forget_steps(self)
       class(implicit_stepper_t), intent(inout) :: self
       self%kept_dt = 0.0_wp
@@ -559,7 +562,7 @@ contains
       call self%transfer_form(archive)
    end subroutine transfer
 
-   !> Writes the same as numbers.
+   !> Writes the data of `transfer` as numbers.
    recursive subroutine put_memory(self, room, numbers, used)
       class(implicit_stepper_t), intent(inout) :: self
       integer, intent(in) :: room
@@ -573,7 +576,7 @@ contains
       call self%put_form(room, numbers, used)
    end subroutine put_memory
 
-   !> Reads the same from numbers.
+   !> Reads the data of `transfer` from numbers.
    recursive subroutine take_memory(self, room, numbers, used)
       class(implicit_stepper_t), intent(inout) :: self
       integer, intent(in) :: room

@@ -1,7 +1,7 @@
 !> The step of Nielsen & Krenk (2012) as eight equations in q and p: analytic Jacobian, LAPACK.
 !>
-!> Residual, Jacobian and update, the discrete (9a) and (11) of the paper, stand in `nutate_eight_equations`; the
-!> projection (11) in `nutate_discrete_forces`: no scalar part.
+!> Residual, Jacobian and update, the discrete (9a) and (11) of the paper, are in `nutate_eight_equations`; the
+!> projection (11), the missing scalar part, is in `nutate_discrete_forces`.
 module nutate_nielsen_krenk
    use nutate_archive, only: archive_t
    use nutate_eight_equations, only: eight_equations_t
@@ -24,19 +24,19 @@ module nutate_nielsen_krenk
 
    public :: nielsen_krenk_t
 
-   !> Iterations of a step above which the next one starts with a new Jacobian: it costs about as much as 15 iterations,
-   !> and leaves half of so many.
+   !> Iterations of a step above which the next one starts with a new Jacobian, which costs about as much as 15
+   !> iterations and halves their number.
    integer, parameter :: slow = 7
-   !> |q| between the inverse of this and this; an attitude that changes by more in an iteration is on no way to a root.
-   !> Under a stiff force the momentum may be far off during the iteration, but not beyond what can be computed with.
+   !> Largest |q| and 1/|q|: an iteration that leaves this range does not lead to a root. Under a stiff force the
+   !> momentum may be far off during the iteration, but not beyond what can be computed with.
    real(wp), parameter :: farthest = 1e3_wp
-   !> Units of momentum above which |p| has outgrown its unit: what it loses is still below the last six bits.
+   !> Units of momentum above which |p| has outgrown its unit: the loss is then still within the last six bits.
    real(wp), parameter :: outgrown = 64.0_wp
-   !> Least units of momentum, whose inverse would leave the range of numbers: in kg m²/s, and over the momentum that
-   !> turns the body by 1 rad in a step.
+   !> Least units of momentum; the inverse of smaller ones would leave the range of numbers: in kg m²/s, and over the
+   !> momentum that rotates the body by 1 rad in a step.
    real(wp), parameter :: least_unit = 1e-150_wp, least_share = 1e-100_wp
-   !> Turns in a step, rad, and entries of the Jacobian that are larger belong to no step that could be taken; their
-   !> products (of eight entries in the determinant, scaled) would overflow.
+   !> Largest rotation in a step, rad, and largest entry of the Jacobian of any step that can be accepted; products of
+   !> larger ones (of eight entries in the determinant, scaled) would overflow.
    real(wp), parameter :: greatest_turn = 1e40_wp, greatest_entry = 1e140_wp
    !> |q| - 1, and ¼Δt times half the rate at which |q| grows, whose squares are round-off.
    real(wp), parameter :: near_manifold = 1e-8_wp
@@ -54,7 +54,7 @@ module nutate_nielsen_krenk
       real(wp) :: inverse(8, 8) = 0.0_wp
       !> a = J⁻¹(w̄ - 2h) of the root last found, rad/s.
       real(wp) :: rate(4) = 0.0_wp
-      !> b of the step done last; shape (3); and what its tangent is made of, from the first `propagate_step` on.
+      !> b of the last step; shape (3). Data of its tangent, from the first `propagate_step` on.
       real(wp) :: root(3) = 0.0_wp
       type(conserving_step_t), allocatable :: last
    contains
@@ -76,8 +76,8 @@ module nutate_nielsen_krenk
 
 contains
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` where projection is switched off with an infinite J0, or with `conserve`, or J0 is
-   !> not positive; those of `check_system`.
+   !> Prepares the stepper. Errors: `NUTATE_BAD_ARGUMENT` if projection is switched off with an infinite J0, or with
+   !> `conserve`, or if J0 is not positive; those of `check_system`.
    subroutine set_up(self, system, settings, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -103,7 +103,7 @@ contains
       self%equations%scaled = .false.
    end subroutine set_up
 
-   !> The equations of a step. Refuses an attitude that is far from the unit sphere, as it can become without
+   !> Sets the equations of a step. Rejects an attitude that is far from the unit sphere, as can happen without
    !> projection, and times that are not finite.
    subroutine start(self, system, state, dt, window_time, status)
       class(nielsen_krenk_t), intent(inout) :: self
@@ -139,8 +139,8 @@ contains
       end if
    end subroutine start
 
-   !> True if |q| = 1 and |q| stays so: q·p = 0, or an auxiliary inertia so large that it turns nothing; and potentials
-   !> are projected.
+   !> Returns true if |q| = 1 and |q| stays so: q·p = 0, or the auxiliary inertia is so large that it has no effect; and
+   !> potentials are projected.
    pure logical function stays_on_manifold(equations)
       type(eight_equations_t), intent(in) :: equations
       stays_on_manifold = abs(equations%x0(1) - 1) <= near_manifold .and. equations%forces%projection .and. &
@@ -148,8 +148,8 @@ contains
    end function stays_on_manifold
 
    !> Sets the unit of momentum to the power of two next to the largest of |p| and the change of p in a step by the
-   !> forces on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest
-   !> without forces, the momentum that turns it by about 1 rad in a step.
+   !> forces on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest without
+   !> forces, it is the momentum that rotates it by about 1 rad in a step.
    subroutine scale_unknowns(self, system, state, dt, window_time, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -178,7 +178,7 @@ contains
       self%kept_dt = 0.0_wp
    end subroutine scale_unknowns
 
-   !> The rates at the start of the step, kept to its end.
+   !> Computes the unknowns of a step that keeps the rates of its start.
    subroutine explicit_guess(self, system, z)
       class(nielsen_krenk_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -186,7 +186,7 @@ contains
       z = self%equations%explicit_increments()
    end subroutine explicit_guess
 
-   !> One increment with the inverse that was kept; a new one where none is worth keeping.
+   !> Computes one increment with the stored inverse, or with a new one if none is worth keeping.
    subroutine correct(self, system, z, increment, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -210,14 +210,14 @@ contains
          increment%diverged = .not. (maxval(abs(z(1:4))) <= farthest .and. increment%length <= greatest_number)
    end subroutine correct
 
-   !> max |vᵢ|
+   !> Returns max |vᵢ|.
    pure real(wp) function largest(v)
       real(wp), intent(in) :: v(4)
       largest = max(abs(v(1)), abs(v(2)), abs(v(3)), abs(v(4)))
    end function largest
 
-   !> A new Jacobian at z, its inverse from the LU factors, and its determinant, which is 1 for a very short step; of a
-   !> large one the sign and a bound.
+   !> Computes a new Jacobian at z, its inverse from the LU factors, and its determinant, which is 1 for a very short
+   !> step; of a large determinant only the sign and a bound.
    subroutine linearize(self, system, z, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -271,7 +271,7 @@ contains
       z = self%equations%increments_of(system, b)
    end subroutine unknowns_of
 
-   !> b = ⅛Δt J⁻¹(w̄ - 2h).
+   !> Computes b = ⅛Δt J⁻¹(w̄ - 2h).
    pure subroutine get_cayley_vector(self, z, b)
       class(nielsen_krenk_t), intent(inout) :: self
       real(wp), intent(in) :: z(most_unknowns)
@@ -280,7 +280,7 @@ contains
       b = (0.125_wp*self%equations%dt)*self%rate(2:4)
    end subroutine get_cayley_vector
 
-   !> Moves the state by the increments that the root stands for, by compensated summation.
+   !> Moves the state by the increments that belong to the root, by compensated summation.
    subroutine finish(self, system, state, dt, z)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -302,8 +302,8 @@ contains
       state%t = state%t + dt
    end subroutine finish
 
-   !> By the root of the last step: on the constraint manifold that of the reduced form. Errors: `NUTATE_BAD_ARGUMENT`
-   !> off the manifold, and where the attitude is not integrated.
+   !> Moves sensitivities by the root of the last step: on the constraint manifold that of the reduced form. Errors:
+   !> `NUTATE_BAD_ARGUMENT` off the manifold, and if the attitude is not integrated.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -353,7 +353,7 @@ contains
       used = used + 65
    end subroutine put_form
 
-   !> Reads the unit of momentum and the inverse of the Jacobian from numbers. Values in this unit are to be set again.
+   !> Reads the unit of momentum and the inverse of the Jacobian from numbers. Values in this unit must be set again.
    subroutine take_form(self, room, numbers, used)
       class(nielsen_krenk_t), intent(inout) :: self
       integer, intent(in) :: room

@@ -7,8 +7,8 @@ module nutate_predictor
 
    public :: predictor_t, most_unknowns
 
-   !> Most unknowns of a step, and most steps that the polynomial goes through: two more cost the 8×8 system 6 to 11 %
-   !> less than four (`bench_step`), further ones continue round-off.
+   !> Largest number of unknowns of a step, and of steps that the polynomial uses: six cost the 8×8 system 6 to 11 %
+   !> less than four (`bench_step`); more would extrapolate round-off.
    integer, parameter :: most_unknowns = 8, most_steps = 6
    !> Value of the polynomial through m equidistant points at the next one: column m holds the weights of the last, the
    !> last but one, ..., (-1)ᵏ (m over k+1).
@@ -22,19 +22,19 @@ module nutate_predictor
 
    !> The last steps, all of one length.
    type :: predictor_t
-      !> Steps known.
+      !> Number of steps known.
       integer :: known = 0
       !> Length of these steps, s.
       real(wp) :: dt = 0.0_wp
       !> The unknowns predicted for the present step.
       real(wp) :: guess(most_unknowns) = 0.0_wp
-      !> Unknowns of a step.
+      !> Number of unknowns of a step.
       integer, private :: unknowns = most_unknowns
       !> Unknowns of the last steps, the latest first.
       real(wp), private :: past(most_steps, most_unknowns) = 0.0_wp
    contains
       procedure :: set_up
-      !> Predicts a step of some length.
+      !> Predicts a step of a given length.
       procedure :: predict
       !> Stores the unknowns of a step that was done.
       procedure :: remember
@@ -53,7 +53,7 @@ contains
 
    subroutine set_up(self, unknowns)
       class(predictor_t), intent(inout) :: self
-      !> Unknowns of a step, at most 8.
+      !> Number of unknowns of a step, at most 8.
       integer, intent(in) :: unknowns
       self%unknowns = unknowns
       self%known = 0
@@ -66,7 +66,7 @@ contains
    !> increment is used: in proportion.
    pure subroutine predict(self, dt)
       class(predictor_t), intent(inout) :: self
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       integer :: i
       if (dt /= self%dt) then
@@ -79,7 +79,7 @@ contains
       end do
    end subroutine predict
 
-   !> Σ wₖ xₖ
+   !> Returns Σ wₖ xₖ.
    pure real(wp) function continued(w, x)
       real(wp), intent(in) :: w(most_steps), x(most_steps)
       continued = (w(1)*x(1) + w(3)*x(3) + w(5)*x(5)) + (w(2)*x(2) + w(4)*x(4) + w(6)*x(6))
@@ -103,7 +103,7 @@ contains
    !> Forgets all but the last few steps.
    pure subroutine forget(self, kept)
       class(predictor_t), intent(inout) :: self
-      !> Steps to keep.
+      !> Number of steps to keep.
       integer, intent(in) :: kept
       self%known = min(self%known, kept)
    end subroutine forget

@@ -1,9 +1,9 @@
-!> The step of Nielsen & Krenk (2012) in reduced form: three equations in the step's turn, closed-form Newton, no
-!> LAPACK.
+!> The step of Nielsen & Krenk (2012) in reduced form: three equations for the rotation in the step, Newton's method in
+!> closed form, no LAPACK.
 !>
 !> The equations are the discrete (9a) and (11) of the paper on the constraints (2) and (5), in
-!> `nutate_reduced_equations`; the projection is built in, since a torque is all that enters. The trajectory is that of
-!> the 8×8 system to round-off. If nothing depends on the attitude it can be left out: then only the body momentum is
+!> `nutate_reduced_equations`; the projection is built in, since only a torque enters. The trajectory is that of the 8×8
+!> system to round-off. If nothing depends on the attitude it can be left out: then only the body momentum is
 !> integrated.
 module nutate_reduced
    use nutate_archive, only: archive_t
@@ -22,19 +22,19 @@ module nutate_reduced
 
    public :: reduced_t
 
-   !> Largest |qᵀq - 1| that a state can have come to since.
+   !> Largest |qᵀq - 1| of a state after its start.
    real(wp), parameter :: near_manifold = 1e-8_wp
    !> Iterations of a step above which the next one starts with new derivatives of the effects.
    integer, parameter :: slow = 4
-   !> Increment of b above which the free part of the Jacobian is taken anew: its change then costs the next iteration
-   !> digits, since the error after it is about its square.
+   !> Increment of b above which the free part of the Jacobian is computed anew: its change would then cost the next
+   !> iteration digits, since the error after that is about the square of the increment.
    real(wp), parameter :: coarse = 1e-6_wp
    !> Bound of the sums of |adj(F') F''| without effects, in the units of the step: 163 is the largest of 1e5 bodies
    !> drawn at random, with |b| < 0.41 and rotors of up to five times the body's own momentum. By it the next increment
    !> is known beforehand.
    real(wp), parameter :: curvature = 200.0_wp
-   !> The turn of a step on the branch of the true motion is below 1: an iteration that is at a b this much longer is on
-   !> no way to a root.
+   !> Largest |b| of an iteration: on the branch of the true motion |b| is below 1, so that a b this much longer does
+   !> not lead to a root.
    real(wp), parameter :: farthest = 1e3_wp
    !> Determinants below are those of singular systems: their inverse would leave the range of numbers.
    real(wp), parameter :: least_determinant = 1e-150_wp
@@ -45,9 +45,9 @@ module nutate_reduced
       type(reduced_equations_t) :: equations
       !> Rows of the Jacobian's inverse, shape (3, row); its determinant.
       real(wp) :: rows(3, 3) = 0.0_wp, raw_determinant = 0.0_wp
-      !> Way that b went since the Jacobian was taken, and last.
+      !> Distance that b has moved since the Jacobian was computed, and in the last increment.
       real(wp) :: moved = 0.0_wp, change = 0.0_wp
-      !> b of the step done last; shape (3); and what its tangent is made of, from the first `propagate_step` on.
+      !> b of the last step; shape (3). Data of its tangent, from the first `propagate_step` on.
       real(wp) :: root(3) = 0.0_wp
       type(conserving_step_t), allocatable :: last
    contains
@@ -69,8 +69,8 @@ module nutate_reduced
 
 contains
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` where the settings switch the projection off: the reduced form has it built in;
-   !> those of `check_system`.
+   !> Prepares the stepper. Errors: `NUTATE_BAD_ARGUMENT` if the settings switch the projection off, which is built into
+   !> the reduced form; those of `check_system`.
    subroutine set_up(self, system, settings, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -84,7 +84,7 @@ contains
       call self%equations%prepare(system%effects)
    end subroutine set_up
 
-   !> The equations of a step. Refuses a first state off the constraint manifold, and later ones that were broken since.
+   !> Sets the equations of a step. Rejects a first state off the constraint manifold, and later ones that have left it.
    subroutine start(self, system, state, dt, window_time, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -107,7 +107,7 @@ contains
       end if
    end subroutine start
 
-   !> Refuses momenta that no step of this length can follow; the equations have units of their own.
+   !> Rejects momenta that no step of this length can follow; the equations have their own units.
    subroutine scale_unknowns(self, system, state, dt, window_time, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -118,7 +118,7 @@ contains
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
    end subroutine scale_unknowns
 
-   !> The momentum of the start, kept to the end.
+   !> Computes the unknowns of a step that keeps the momentum of its start.
    subroutine explicit_guess(self, system, z)
       class(reduced_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -130,7 +130,8 @@ contains
       if (length > farthest) z = z*(farthest/length)
    end subroutine explicit_guess
 
-   !> One increment. The free part of the Jacobian is cheap: it is taken anew until the increments are small.
+   !> Computes one increment. The free part of the Jacobian is cheap: it is computed anew until the increments are
+   !> small.
    subroutine correct(self, system, z, increment, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -162,7 +163,7 @@ contains
          curvature*self%moved*increment%size <= (0.5_wp*eps)*increment%length*self%raw_determinant
    end subroutine correct
 
-   !> A new Jacobian at z.
+   !> Computes a new Jacobian at z.
    subroutine linearize(self, system, z, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -172,7 +173,7 @@ contains
       call renew(self, system, z(1:3), status)
    end subroutine linearize
 
-   !> A new Jacobian at the b last taken; the effects' part of it only if it is no longer worth keeping.
+   !> Computes a new Jacobian at the last b; the effects' part of it only if the old one is no longer worth keeping.
    subroutine renew(self, system, b, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -214,7 +215,7 @@ contains
       b = z(1:3)
    end subroutine get_cayley_vector
 
-   !> Moves the state. The last increment must not leave the torque behind: a stiff one goes far in a small increment.
+   !> Moves the state. The torque must be that after the last increment: a stiff one changes much in a small increment.
    subroutine finish(self, system, state, dt, z)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -238,7 +239,7 @@ contains
          call self%equations%wheels%finish(system%effects, self%equations%mean_rate(z(1:3)), state, self%work)
    end subroutine finish
 
-   !> By the root of the last step. Errors: `NUTATE_BAD_ARGUMENT` where the attitude is not integrated.
+   !> Moves sensitivities by the root of the last step. Errors: `NUTATE_BAD_ARGUMENT` if the attitude is not integrated.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system

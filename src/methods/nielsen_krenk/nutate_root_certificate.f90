@@ -5,8 +5,8 @@
 !>
 !>     Ψ(b,t) = (1-β)(b - t b0) + 2J⁻¹(b×(Jb + t s h/4)) - t²(s²/8) J⁻¹τ̂ + t(s/2) J⁻¹τ̂_D = 0
 !>
-!> is the equation of `nutate_reduced_equations` times J⁻¹: τ̂ of the torque at mid step, τ̂_D of what resists the
-!> rotation. Written as b = Φ(b), it is a contraction of the ball |b| ≤ ρ into itself if
+!> is the equation of `nutate_reduced_equations` times J⁻¹: τ̂ of the torque at mid step, τ̂_D of torques that resist
+!> the rotation. Written as b = Φ(b), it is a contraction of the ball |b| ≤ ρ into itself if
 !>
 !>     E(ρ) = (κρ² + gρ + F)/(1-ρ²),   |b0| + E(ρ) ≤ ρ,   θ(ρ) = (2κρ + g + P)/(1-ρ²) + 2ρE/(1-ρ²) < 1,
 !>
@@ -42,13 +42,13 @@ module nutate_root_certificate
 
    public :: root_certificate_t, all_bounds_t
 
-   !> ρ: the finer the grid, the nearer to the largest b0 that can be certified; beyond the last θ < 1 for no body. The
-   !> small ones are for the first part of a step of needles, whose κ is large.
+   !> Values of ρ: the finer the grid, the nearer to the largest b0 that can be certified; beyond the last, no body has
+   !> θ < 1. The small ones are for the first part of a step of needles, whose κ is large.
    real(wp), parameter :: radii(23) = [ &
                           1e-6_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 2.5e-3_wp, 5e-3_wp, 0.01_wp, 0.02_wp, 0.04_wp, 0.06_wp, &
                           0.08_wp, 0.1_wp, 0.125_wp, 0.15_wp, 0.175_wp, 0.2_wp, 0.225_wp, 0.25_wp, 0.275_wp, 0.3_wp, &
                           0.325_wp, 0.35_wp, 0.37_wp]
-   !> γ at any attitude is within this of γ at any other, over |n|.
+   !> Largest distance between γ at two attitudes, over |n|.
    real(wp), parameter :: anywhere = 2.0_wp
    !> Bounds beyond this prove nothing, and their products would overflow.
    real(wp), parameter :: greatest_bound = 1e150_wp
@@ -58,9 +58,9 @@ module nutate_root_certificate
    !> Factor from one part of a stage to the next shorter one, in the search for one that can be certified at once.
    real(wp), parameter :: shorter = 0.8_wp
    integer, parameter :: most_parts = 200
-   !> δ of space axes that turn, up to which the balls of b and r are ones in which effects are bounded.
+   !> Largest δ of rotating space axes with which effects are bounded in the balls of b and r.
    real(wp), parameter :: largest_frame_turn = 0.25_wp
-   !> ε up to which the bounds of one Jᵣ serve, and from which nothing is certified.
+   !> Largest ε for which the bounds of one Jᵣ are used, and least ε from which nothing is certified.
    real(wp), parameter :: usual_deviation = 0.02_wp, largest_deviation = 0.5_wp
    !> The bound of the rate of a sphere is above the rate by the first factor at least, and below it by the second at
    !> most.
@@ -94,10 +94,10 @@ module nutate_root_certificate
       !> J⁻¹; the identity map, if the space axes rotate.
       type(linear_map_t), private :: inverse
       type(linear_map_t), allocatable, private :: identity
-      !> |ω| of space axes that turn, rad/s.
+      !> |ω| of rotating space axes, rad/s.
       real(wp), private :: frame_rate = 0.0_wp
-      !> Bounds of all effects for each radius at any attitude. Not allocated where there are neither effects nor space
-      !> axes that turn.
+      !> Bounds of all effects for each radius at any attitude. Not allocated if there are neither effects nor rotating
+      !> space axes.
       type(all_bounds_t), allocatable, private :: everywhere
       !> γ of each potential at the start of the stage that `holds_here` set last; shape (3, number of potentials).
       real(wp), allocatable, private :: gamma(:, :)
@@ -113,15 +113,15 @@ module nutate_root_certificate
    contains
       !> Sets a system.
       procedure :: set_up
-      !> There are bounds that depend on the attitude at the start of a stage, for `holds_here`.
+      !> Returns true if there are bounds that depend on the attitude at the start of a stage, for `holds_here`.
       procedure :: has_bounds
-      !> The root is the true one.
+      !> Returns true if the root is certified to be the true one.
       procedure :: holds
-      !> Sets the state at the start of a stage, and tells whether the root is then certified.
+      !> Sets the state at the start of a stage, and finds whether the root is then certified.
       procedure :: holds_here
-      !> The longest part of a stage whose root lies in a ball that contains no other.
+      !> Finds the longest part of a stage whose root lies in a ball that contains no other.
       procedure :: first_part
-      !> Bounds of all effects, in a stage from the state last taken.
+      !> Computes bounds of all effects in a stage from the state set last.
       procedure :: bounds_of
       !> Adds the bounds of inner spheres in the rest of a stage.
       procedure :: add_spheres
@@ -154,24 +154,24 @@ contains
          if (effects%n_potentials + effects%n_torques > 0 .or. self%frame_rate > 0.0_wp) &
             allocate (self%everywhere)
       end associate
-      ! The torques that act are known in a step only.
+      ! The torques that act are known only in a step.
       self%steady_from = huge(1.0_wp)
       self%steady_to = -huge(1.0_wp)
    end subroutine set_up
 
-   !> True if there are bounds that depend on the attitude at the start of a stage.
+   !> Returns true if there are bounds that depend on the attitude at the start of a stage.
    pure logical function has_bounds(self)
       class(root_certificate_t), intent(in) :: self
       has_bounds = allocated(self%everywhere)
    end function has_bounds
 
-   !> True if the root is certified to be the true one, wherever the body was at the start of the stage.
+   !> Returns true if the root is certified to be the true one for any attitude at the start of the stage.
    logical function holds(self, system, state, dt, window_time, start, root)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> At the start of the stage; it counts for inner spheres and an inertia that varies.
+      !> State at the start of the stage; used for inner spheres and an inertia that varies.
       type(state_t), intent(in) :: state
-      !> s, and the time that decides which torques act.
+      !> Length of the stage, and time that decides which torques act, s.
       real(wp), intent(in) :: dt, window_time
       !> |b0| and |b|.
       real(wp), intent(in) :: start, root
@@ -189,7 +189,7 @@ contains
       holds = is_within(self, start, self%reach) .and. root <= self%radius
    end function holds
 
-   !> True if |b0| of all parts of the stage is within reach.
+   !> Returns true if |b0| of all parts of the stage is within reach.
    elemental logical function is_within(self, start, reach)
       class(root_certificate_t), intent(in) :: self
       !> |b0| of the stage, and the reach for Jᵣ.
@@ -244,13 +244,14 @@ contains
       call bound_everywhere(self, system, dt)
    end subroutine store_inertia
 
-   !> Sets the state at the start of a stage. True if the root is certified by the bounds that belong to its attitude.
+   !> Sets the state at the start of a stage. `certified` is true if the bounds that belong to its attitude certify the
+   !> root.
    pure subroutine holds_here(self, system, state, dt, start, root, certified, here)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> At the start of the stage.
+      !> State at the start of the stage.
       type(state_t), intent(in) :: state
-      !> s.
+      !> Length of the stage, s.
       real(wp), intent(in) :: dt
       !> |b0| and |b|; the second huge if no root is known.
       real(wp), intent(in) :: start, root
@@ -265,22 +266,22 @@ contains
       if (present(here)) call bound_balls(self, system, 0.0_wp, dt, here)
       call find_ball(self, dt, reach, radius, near, here)
       certified = is_within(self, start, reach) .and. root <= radius
-      ! Tubes are derived for space axes that stand still and a constant inertia.
+      ! Tubes are derived for non-rotating space axes and a constant inertia.
       self%followable = .not. (self%frame_rate > 0.0_wp .or. self%varies)
       if (self%followable .and. present(here)) &
          self%followable = here%known > 0 .and. strength_of(here%balls(1), dt) <= dominating
    end subroutine holds_here
 
-   !> The longest part of a stage from the state last taken, among the powers of 0.8, whose root lies in a ball that
-   !> contains no other; 0 where there is none.
+   !> Finds the longest part of a stage from the state set last, among the powers of 0.8, whose root lies in a ball that
+   !> contains no other; 0 if there is none.
    pure subroutine first_part(self, dt, start, part, radius, here)
       class(root_certificate_t), intent(in) :: self
-      !> s, and |b0|.
+      !> Length of the stage, s, and |b0|.
       real(wp), intent(in) :: dt, start
       real(wp), intent(out) :: part
-      !> The root's |b| is below.
+      !> Upper bound of the root's |b|.
       real(wp), intent(out) :: radius
-      !> From `holds_here`.
+      !> Bounds from `holds_here`.
       type(all_bounds_t), intent(in), optional :: here
       real(wp) :: reach, near
       integer :: i
@@ -293,14 +294,14 @@ contains
       part = 0.0_wp
    end subroutine first_part
 
-   !> Largest |b0| and |b| for which the root of a stage is certified, and the |b| up to which it is whatever b0; the
-   !> first and the last negative where none is.
+   !> Finds the largest |b0| and |b| for which the root of a stage is certified, and the |b| up to which it is for any
+   !> b0; the first and the last are negative if none is.
    pure subroutine find_ball(self, dt, reach, radius, near, bounds)
       class(root_certificate_t), intent(in) :: self
-      !> s.
+      !> Length of the stage, s.
       real(wp), intent(in) :: dt
       real(wp), intent(out) :: reach, radius, near
-      !> Absent where nothing acts.
+      !> Bounds of all effects; absent if nothing acts.
       type(all_bounds_t), intent(in), optional :: bounds
       type(ball_bounds_t) :: ball
       real(wp) :: rotor, rest, excess, contraction, force, slope, gyration, stretch
@@ -332,10 +333,10 @@ contains
       end do
    end subroutine find_ball
 
-   !> Bounds of the part of inner spheres in b and its derivative by b, for Jᵣ.
+   !> Bounds the part of inner spheres in b and its derivative with respect to b, for Jᵣ.
    pure subroutine bound_spheres(self, dt, rho, force, slope)
       class(root_certificate_t), intent(in) :: self
-      !> s, and ρ.
+      !> Length of the stage, s, and ρ.
       real(wp), intent(in) :: dt, rho
       real(wp), intent(out) :: force, slope
       real(wp) :: pull, drag, radius, delta, drag_force, drag_slope
@@ -367,7 +368,7 @@ contains
    !> one with s < 0. The second derivative of tκ by t enters as a force.
    pure subroutine add_spheres(self, norm, dt, part, radius, bounds)
       class(root_certificate_t), intent(in) :: self
-      !> ‖A‖, s, the part that is reached, and ρ.
+      !> ‖A‖, length of the stage, s, part that is reached, and ρ.
       real(wp), intent(in) :: norm, dt, part, radius
       type(effect_bounds_t), intent(inout) :: bounds
       type(effect_bounds_t) :: one
@@ -390,13 +391,13 @@ contains
       end do
    end subroutine add_spheres
 
-   !> (s²/8) of what does not resist the rotation and (s/2) of what does.
+   !> Returns s²/8 times the bound of forces that do not resist the rotation plus s/2 times the bound of those that do.
    elemental real(wp) function weighted(force, drag, dt)
       real(wp), intent(in) :: force, drag, dt
       weighted = 0.125_wp*dt*dt*force + 0.5_wp*abs(dt)*drag
    end function weighted
 
-   !> Norm of the effects' part of the Jacobian.
+   !> Returns a bound of the norm of the effects' part of the Jacobian.
    elemental real(wp) function strength_of(bounds, dt) result(strength)
       type(ball_bounds_t), intent(in) :: bounds
       real(wp), intent(in) :: dt
@@ -407,7 +408,7 @@ contains
    pure subroutine bound_everywhere(self, system, dt)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> s; it counts where the space axes turn.
+      !> Length of the stage, s; used if the space axes rotate.
       real(wp), intent(in) :: dt
       integer :: i
       do i = 1, system%effects%n_potentials
@@ -417,11 +418,11 @@ contains
       self%length = 0.0_wp
    end subroutine bound_everywhere
 
-   !> Bounds of all effects for each radius, up to the first for which there are none.
+   !> Computes the bounds of all effects for each radius, up to the first for which there are none.
    pure subroutine bound_balls(self, system, slack, dt, bounds)
       class(root_certificate_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      !> How far γ at the start can be off, over |n|; s.
+      !> Largest error of γ at the start, over |n|; length of the stage, s.
       real(wp), intent(in) :: slack, dt
       type(all_bounds_t), intent(inout) :: bounds
       type(effect_bounds_t) :: ball
@@ -435,13 +436,13 @@ contains
       end do
    end subroutine bound_balls
 
-   !> Bounds of all effects that act, of their J⁻¹τ̂ in a stage of a length from the state last taken.
+   !> Computes bounds of J⁻¹τ̂ of all effects that act, in a stage from the state set last.
    pure subroutine bound_stage(self, system, radius, slack, dt, bounds)
       class(root_certificate_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      !> ρ, and how far γ at the start can be off, over |n|.
+      !> ρ, and largest error of γ at the start, over |n|.
       real(wp), intent(in) :: radius, slack
-      !> s.
+      !> Length of the stage, s.
       real(wp), intent(in) :: dt
       type(effect_bounds_t), intent(out) :: bounds
       type(effect_bounds_t) :: plain
@@ -478,13 +479,13 @@ contains
       slope = (slope + inverse*(delta*(2 + 4*radius)*torque + 2*radius*delta*change))/(1 - 2*delta)
    end subroutine widen
 
-   !> Bounds of all effects that act, in a stage from the state last taken.
+   !> Computes bounds of all effects that act, in a stage from the state set last.
    pure subroutine bounds_of(self, system, map, radius, slack, bounds)
       class(root_certificate_t), intent(in) :: self
       type(system_t), intent(in) :: system
       !> A
       type(linear_map_t), intent(in) :: map
-      !> ρ, and how far γ at the start can be off, over |n|.
+      !> ρ, and largest error of γ at the start, over |n|.
       real(wp), intent(in) :: radius, slack
       type(effect_bounds_t), intent(out) :: bounds
       real(wp), parameter :: none(3) = 0.0_wp
@@ -510,7 +511,7 @@ contains
    pure subroutine store_windows(self, system, window_time)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> s.
+      !> Length of the stage, s.
       real(wp), intent(in) :: window_time
       real(wp) :: window(2)
       integer :: i, k
@@ -529,8 +530,8 @@ contains
       call bound_everywhere(self, system, 0.0_wp)
    end subroutine store_windows
 
-   !> κ, for which |2J⁻¹(b×Jb)| ≤ κ|b|²: with α_i = |J_k - J_l|/J_i and x_i = b_i²/|b|² its square is the largest value
-   !> of 4(α1²x2x3 + α2²x3x1 + α3²x1x2), x1 + x2 + x3 = 1, on an edge or inside.
+   !> Returns κ, for which |2J⁻¹(b×Jb)| ≤ κ|b|²: with α_i = |J_k - J_l|/J_i and x_i = b_i²/|b|² its square is the
+   !> largest value of 4(α1²x2x3 + α2²x3x1 + α3²x1x2), x1 + x2 + x3 = 1, on an edge or inside.
    pure real(wp) function gyration_of(moments) result(kappa)
       !> Principal moments, kg m²; shape (3).
       real(wp), intent(in) :: moments(3)
@@ -545,7 +546,7 @@ contains
       kappa = 0.0_wp
       if (.not. scale > 0.0_wp) return
       c = (c/scale)**2
-      ! On an edge x_k = x_l = ½; inside where the gradient is along (1, 1, 1).
+      ! On an edge x_k = x_l = ½; inside, the gradient is along (1, 1, 1).
       kappa = 1.0_wp
       below = 2*(c(1)*c(2) + c(2)*c(3) + c(3)*c(1)) - sum(c*c)
       if (below > 0.0_wp) then

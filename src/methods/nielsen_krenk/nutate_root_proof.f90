@@ -14,47 +14,47 @@ module nutate_root_proof
 
    public :: root_proof_t, CERTIFIED, ENDED, BEYOND_PROOF
 
-   !> Verdict on a stage: its true root is known; it has none that could be followed; nothing is known.
+   !> Result for a stage: its true root is known; it has none that could be followed; nothing is known.
    integer, parameter :: CERTIFIED = 1, ENDED = 2, BEYOND_PROOF = 3
 
    !> |b| below which a root of a free body with a positive determinant is the true one. On its axis the branch ends
    !> where λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the earliest.
    !> Off the axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
    real(wp), parameter :: surely_true = 0.41_wp
-   !> Two roots of a stage are never this near to each other if each is certified to be alone in its ball or tube; the
-   !> same root found in two ways is, with a margin for round-off of badly conditioned steps.
+   !> Distance below which two roots are the same: two roots of a stage are never this close if each is certified to be
+   !> alone in its ball or tube. There is a margin for round-off of badly conditioned steps.
    real(wp), parameter :: same_root = 1e-6_wp
 
    !> Accepts or rejects roots from the system, the start of a stage and its length.
    type :: root_proof_t
       !> Root of the stage last followed, the Cayley vector b = ¼Δt Ω̄; shape (3).
       real(wp) :: b(3) = 0.0_wp
-      !> Lengths that were tried to find it.
+      !> Number of lengths tried to find it.
       integer :: tried = 0
       !> Length of a stage, s, and |b|² below which its root is the true one if the determinant of the Jacobian is
-      !> positive: all that is asked in most steps.
+      !> positive: most steps need no other test.
       real(wp) :: length = 0.0_wp, near = 0.0_wp
-      !> There may be a proof: none has been derived for wheels.
+      !> A proof is possible; none has been derived for wheels.
       logical :: applies = .true.
       !> Times between which `length` and `near` hold, s.
       real(wp) :: from = 0.0_wp, to = 0.0_wp
       !> Neither effects nor rotors, and moments of a rigid body.
       logical, private :: is_free = .true.
-      !> Bounds depend on the state at the start of the stage: they do not stay for all steps of a length.
+      !> Bounds depend on the state at the start of the stage: they do not hold for all steps of one length.
       logical, private :: by_state = .false.
       type(root_certificate_t), private :: certificate
-      !> Forces in parts of a stage; not allocated if there are no effects, which need the room.
+      !> Forces in parts of a stage; not allocated if there are no effects.
       type(discrete_forces_t), allocatable, private :: forces
-      !> The same of inner spheres.
+      !> Inner spheres in parts of a stage.
       type(sphere_steps_t), allocatable, private :: spheres
    contains
       !> Sets a system.
       procedure :: set_up
-      !> The root is the true one, as bounds show that belong to the step's length.
+      !> Returns true if bounds that belong to the step's length certify the root.
       procedure :: holds
-      !> Looks for a proof in the attitude at the start, then along the branch.
+      !> Looks for a proof with the bounds at the attitude of the start, then along the branch.
       procedure :: certify
-      !> A root is the one last followed to.
+      !> Returns true if a root is the one to which the branch was followed last.
       procedure :: is_root
    end type root_proof_t
 
@@ -80,13 +80,13 @@ contains
       self%length = 0.0_wp
    end subroutine set_up
 
-   !> True if bounds that belong to the step's length prove the root. They stay for steps of the same length.
+   !> Returns true if bounds that belong to the step's length certify the root. They hold for all steps of this length.
    logical function holds(self, system, state, dt, window_time, start, root, determinant)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> At the start of the stage.
+      !> State at the start of the stage.
       type(state_t), intent(in) :: state
-      !> s, and the time that decides which torques act, s.
+      !> Length of the stage, and time that decides which torques act, s.
       real(wp), intent(in) :: dt, window_time
       !> b0 = ¼Δt J⁻¹(L0 - h) and b; shape (3).
       real(wp), intent(in) :: start(3), root(3)
@@ -103,16 +103,16 @@ contains
       holds = holds .or. (determinant > 0.0_wp .and. length_of(root) < surely_true)
    end function holds
 
-   !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `CERTIFIED` leaves the root
-   !> in b unless the given one is certified already.
+   !> Looks for a proof with the bounds at the attitude of the start, then follows the branch. On `CERTIFIED` the root
+   !> is in b unless the given one is certified already.
    subroutine certify(self, system, state, dt, window_time, start, root, verdict)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> At the start of the stage.
+      !> State at the start of the stage.
       type(state_t), intent(in) :: state
-      !> s, and the time that decides which torques act, s.
+      !> Length of the stage, and time that decides which torques act, s.
       real(wp), intent(in) :: dt, window_time
-      !> b0 = ¼Δt J⁻¹(L0 - h), and the root found, huge where none was; shape (3).
+      !> b0 = ¼Δt J⁻¹(L0 - h), and the root found, huge if there was none; shape (3).
       real(wp), intent(in) :: start(3), root(3)
       integer, intent(out) :: verdict
       type(all_bounds_t) :: here
@@ -154,7 +154,7 @@ contains
       if (branch%part >= 1.0_wp) verdict = CERTIFIED
    end subroutine certify_by
 
-   !> True if a root is the one last followed to.
+   !> Returns true if a root is the one to which the branch was followed last.
    pure logical function is_root(self, b)
       class(root_proof_t), intent(in) :: self
       !> Shape (3).
@@ -162,7 +162,7 @@ contains
       is_root = maxval(abs(b - self%b)) <= same_root
    end function is_root
 
-   !> |v|; huge where that cannot be computed.
+   !> Returns |v|; huge if it cannot be computed.
    pure real(wp) function length_of(v)
       real(wp), intent(in) :: v(3)
       real(wp), parameter :: greatest = 1e150_wp
