@@ -1,4 +1,4 @@
-!> `method = 'exact'`: a free body by its closed solution, at whatever times are asked for.
+!> `method = 'exact'`: a free body by its closed solution, at any times.
 module nutate_exact_stepper
    use nutate_archive, only: archive_t
    use nutate_exact_free, only: free_body_t
@@ -17,8 +17,9 @@ module nutate_exact_stepper
 
    public :: exact_t, round_off_of_exact
 
-   !> Turn in a step of a length that is left to the method, rad: where steps are seen, Euler angles are followed from
-   !> one to the next, and are lost at 2π; elsewhere far below the turn at which digits of the direction are lost.
+   !> Rotation in a step whose length is left to the method, rad: if the ends of steps are observed, Euler angles are
+   !> followed from one to the next, and are lost at 2π; otherwise far below the rotation at which digits of the
+   !> direction are lost.
    real(wp), parameter :: usual_turn = 1.0_wp, longest_turn = 1e6_wp
 
    !> A stepper without an error: every step goes back to the state that the solution started from.
@@ -41,13 +42,13 @@ module nutate_exact_stepper
 
 contains
 
-   !> Estimate of the attitude error of the closed solution after a time, rad: that of round-off.
+   !> Returns an estimate of the attitude error of the closed solution after a time, rad: that of round-off.
    pure real(wp) function round_off_of_exact(system, state, duration) result(round_off)
-      !> Without effects.
+      !> System without effects.
       type(system_t), intent(in) :: system
-      !> The start.
+      !> Initial state.
       type(state_t), intent(in) :: state
-      !> s, of either sign.
+      !> Time from start to end, s, of either sign.
       real(wp), intent(in) :: duration
       type(free_body_t) :: solution
       type(status_t) :: status
@@ -56,7 +57,7 @@ contains
       if (status%ok()) round_off = solution%round_off(duration)
    end function round_off_of_exact
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` where there is an effect: only a free body is solved in closed form.
+   !> Prepares the stepper. Errors: `NUTATE_BAD_ARGUMENT` if there is an effect: only a free body has a closed solution.
    subroutine set_up(self, system, settings, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -72,7 +73,7 @@ contains
       self%solved = .false.
    end subroutine set_up
 
-   !> One step. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY` for a state or body that has no solution.
+   !> Performs one step. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY` for a state or body that has no solution.
    subroutine advance(self, system, state, dt, window_time, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -103,7 +104,7 @@ contains
       self%last = state
    end subroutine advance
 
-   !> True for the state that the last step left; its time may have been rounded otherwise.
+   !> Returns true for the state that the last step left; its time may have been rounded differently.
    pure logical function is_last(self, state, dt)
       type(exact_t), intent(in) :: self
       type(state_t), intent(in) :: state
@@ -113,7 +114,7 @@ contains
                 is_same_time(state%t, self%last%t, dt)
    end function is_last
 
-   !> The solution at a time.
+   !> Evaluates the solution at a time.
    subroutine put_solution(self, t, state)
       type(exact_t), intent(in) :: self
       !> s.
@@ -127,8 +128,8 @@ contains
       state%p_compensation = 0.0_wp
    end subroutine put_solution
 
-   !> The end of the run, or, where steps are seen, about a radian of turn: |Ω| is at most √(2T/J), J the least moment,
-   !> which does not change.
+   !> Chooses the step: to the end of the run, or, if the ends of steps are observed, about a radian of rotation: |Ω| is
+   !> at most √(2T/J), J the least moment, which does not change.
    recursive subroutine choose_step(self, system, state, goal, step, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -142,13 +143,13 @@ contains
                            *sqrt(body%moments/minval(body%moments))])
       end associate
       turn = merge(usual_turn, longest_turn, goal%seen)
-      ! Whatever reaches the end is cut there, without the rounding of the time.
+      ! A step that reaches the end is cut there, without the rounding of the time.
       step = 2*abs(goal%end_time - state%t)
       if (.not. goal%seen) step = min(step, goal%longest)
       if (step*rate > turn) step = turn/rate
    end subroutine choose_step
 
-   !> The state at a time, inside the last step if steps are kept. Errors: `NUTATE_BAD_ARGUMENT` elsewhere.
+   !> Computes the state at a time, inside the last step if steps are kept. Errors: `NUTATE_BAD_ARGUMENT` elsewhere.
    subroutine state_at(self, system, t, state, work, status, works)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -166,8 +167,8 @@ contains
       end if
    end subroutine state_at
 
-   !> Moves sensitivities by the derivative of the solution. Errors: `NUTATE_BAD_ARGUMENT` for columns of anything
-   !> but start and inertia, and for those that turn principal axes of equal moments.
+   !> Moves sensitivities by the derivative of the solution. Errors: `NUTATE_BAD_ARGUMENT` for sensitivities to anything
+   !> but initial state and inertia, and for those that rotate principal axes of equal moments.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -23,35 +23,36 @@ module nutate_method_choice
    !> Name of a method that requests the choice.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
 
-   !> Accuracy from which on the series is the cheapest, rad: in general; where torques alone act, whose series cost
-   !> most against what they save; on long motions; and on long ones of symmetric bodies and under linear effects. Read
-   !> off the tables of `make bench BENCH=bench_choice`, and runs of the same scenes over up to ten times as long.
+   !> Accuracy at and below which the series is the cheapest, rad: in general; if torques alone act, whose series cost
+   !> most and save least; on long motions; and on long ones of symmetric bodies and under linear effects. From the
+   !> tables of `make bench BENCH=bench_choice`, and runs of the same scenes over up to ten times as long.
    real(wp), parameter :: series_pays = 1e-8_wp, pays_for_torques = 1e-9_wp, pays_for_long = 1e-6_wp, &
       pays_for_simple = 1e-3_wp
-   !> Accuracy down to which fixed steps cost less than the series on symmetric tops, rad; on other motions that
-   !> they suit they always do.
+   !> Accuracy down to which fixed steps cost less than the series on symmetric tops, rad; on other motions that suit
+   !> them, they always do.
    real(wp), parameter :: equal_pays_on_tops = 0.99e-9_wp
-   !> Rounding of times, as part of the accuracy times the run, above which stage methods see it in their estimates.
+   !> Rounding of times, over accuracy times duration, above which it affects the error estimates of Runge-Kutta
+   !> methods.
    real(wp), parameter :: rounded = 1e-3_wp
-   !> Turn from start to end that makes a motion long, rad: the series wins at 140 to 400 rad, not at 50.
+   !> Rotation from start to end that makes a motion long, rad: the series is the cheapest at 140 to 400 rad, not at 50.
    real(wp), parameter :: long_turn = 100.0_wp
-   !> An explicit step is at most some 6 times the time in which damping stops the body; steps of order 2 number about
-   !> 60 over the root of the accuracy, and cost as much as 8 explicit ones (`nutate cost`). Damping is strong where
-   !> its rate times the time of the run exceeds 6·8·60 over that root.
+   !> An explicit step is at most some 6 times the time in which damping stops the body; the number of steps of order 2
+   !> is about 60 over the root of the accuracy, and each costs as much as 8 explicit ones (`nutate cost`). Damping is
+   !> strong if its rate times the time of the run exceeds 6·8·60 over that root.
    real(wp), parameter :: strong_damping = 3e3_wp
 
-   !> Accuracies from which on orders 8, 6 and 4 of the implicit step cost less than lower ones, rad (`nutate cost`).
+   !> Accuracies below which orders 8, 6 and 4 of the implicit step cost less than lower ones, rad (`nutate cost`).
    real(wp), parameter :: order_8_pays = 1e-5_wp, order_6_pays = 1e-3_wp, order_4_pays = 1e-1_wp
 
 contains
 
-   !> Puts in what settings leave open, for a run: the method, where there is an accuracy or a tolerance of steps and
-   !> nothing is set that belongs to one method or another; the order, for an accuracy; else the defaults.
+   !> Completes the settings of a run: with an accuracy or a local tolerance it chooses the method, unless a setting
+   !> belongs to a particular one; with an accuracy it chooses the order; all else gets its default.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for `auto` without an accuracy or a tolerance, or beside what it chooses.
    subroutine choose_settings(system, state, duration, accuracy, local_tolerance, settings, choice, status)
       type(system_t), intent(in) :: system
-      !> The start.
+      !> Initial state.
       type(state_t), intent(in) :: state
       !> Time from start to end, s, of either sign.
       real(wp), intent(in) :: duration
@@ -86,11 +87,11 @@ contains
    !> Chooses a method that has sensitivities if the settings leave it open: for a free body with adaptive steps the
    !> closed solution, if its system is given.
    pure subroutine choose_with_tangent(adaptive, settings, system, state)
-      !> Steps are adaptive.
+      !> True if steps are adaptive.
       logical, intent(in) :: adaptive
       type(integrator_settings_t), intent(inout) :: settings
       type(system_t), intent(in), optional :: system
-      !> The start; present with `system`.
+      !> Initial state; present with `system`.
       type(state_t), intent(in), optional :: state
       if (settings%method /= '' .and. settings%method /= AUTOMATIC_METHOD) return
       if (present(system) .and. adaptive .and. .not. names_parts(settings)) then
@@ -102,20 +103,20 @@ contains
       if (settings%formulation == '') settings%formulation = 'reduced'
    end subroutine choose_with_tangent
 
-   !> Something is set that belongs to one method or another.
+   !> Returns true if a setting belongs to a particular method.
    pure logical function names_parts(settings)
       type(integrator_settings_t), intent(in) :: settings
       names_parts = settings%order /= 0 .or. settings%series_order /= 0 .or. settings%formulation /= '' .or. &
                     settings%conserve .or. .not. settings%projection
    end function names_parts
 
-   !> The order of the implicit step for an accuracy, where it is open: 0. It stays 2 where damping is strong: the
-   !> stages of higher orders that go back in time would drive.
+   !> Chooses the order of the implicit step for an accuracy if it is open (0). It stays 2 if damping is strong: the
+   !> stages of higher orders that go back in time would amplify the motion.
    pure subroutine choose_order(system, duration, accuracy, settings)
       type(system_t), intent(in) :: system
       !> Time from start to end, s, of either sign.
       real(wp), intent(in) :: duration
-      !> rad.
+      !> Accuracy, rad.
       real(wp), intent(in) :: accuracy
       type(integrator_settings_t), intent(inout) :: settings
       if (settings%order /= 0 .or. settings%method /= 'nielsen_krenk') return
@@ -126,10 +127,10 @@ contains
       if (accuracy <= order_8_pays) settings%order = 8
    end subroutine choose_order
 
-   !> The method for an accuracy.
+   !> Chooses the method for an accuracy.
    subroutine choose_method(system, state, duration, accuracy, settings, reason, at_end)
       type(system_t), intent(in) :: system
-      !> The start.
+      !> Initial state.
       type(state_t), intent(in) :: state
       !> Time from start to end, s, of either sign.
       real(wp), intent(in) :: duration
@@ -137,9 +138,10 @@ contains
       real(wp), intent(in) :: accuracy
       !> Method, order, formulation and `conserve` are set; all else is kept.
       type(integrator_settings_t), intent(inout) :: settings
-      !> Why, in a few words.
+      !> Reason for the method, in a few words.
       character(len=:), allocatable, intent(out) :: reason
-      !> The accuracy is that of the end, as usual; else of each step, for which fixed steps cannot be found.
+      !> True (default) if the accuracy is that of the end; otherwise it is that of each step, for which fixed steps
+      !> cannot be found.
       logical, intent(in), optional :: at_end
       type(lvlh_view_t) :: view
       type(state_t) :: inner
@@ -159,9 +161,9 @@ contains
    subroutine choose_for_axes(system, state, duration, accuracy, of_run, settings, reason)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> s; rad.
+      !> Duration, s; accuracy, rad.
       real(wp), intent(in) :: duration, accuracy
-      !> The accuracy is that of the end.
+      !> True if the accuracy is that of the end.
       logical, intent(in) :: of_run
       type(integrator_settings_t), intent(inout) :: settings
       character(len=:), allocatable, intent(out) :: reason
@@ -194,8 +196,8 @@ contains
 
    contains
 
-      !> True if torques depend on times that are rounded too much for an accuracy: the estimate of a stage method's
-      !> error would consist of that, and its steps would become ever shorter.
+      !> Returns true if torques depend on times that are rounded too much for an accuracy: that rounding would dominate
+      !> the error estimate of a Runge-Kutta method, whose steps would become ever shorter.
       pure logical function rounds_times()
          real(wp) :: latest
          latest = max(abs(state%t), abs(state%t + duration))
@@ -203,7 +205,7 @@ contains
                         spacing(latest) > rounded*accuracy*abs(duration) .and. abs(duration) > 0.0_wp
       end function rounds_times
 
-      !> True where fixed steps by rk8 cost less than the series.
+      !> Returns true if fixed steps of rk8 cost less than the series.
       logical function takes_equal_steps()
          type(equal_steps_t) :: equal
          call equal%recognise(system, default_settings('rk8'), state, duration, accuracy)
@@ -211,7 +213,7 @@ contains
          if (takes_equal_steps .and. accuracy < equal_pays_on_tops) takes_equal_steps = .not. is_axial()
       end function takes_equal_steps
 
-      !> The series or dop853, whichever costs less for an accuracy.
+      !> Chooses the series or dop853, whichever costs less for an accuracy.
       subroutine choose_by_accuracy()
          real(wp) :: pays
          character(len=8) :: number
@@ -234,7 +236,7 @@ contains
          end if
       end subroutine choose_by_accuracy
 
-      !> Sets a method with its own order, formulation and `conserve`.
+      !> Sets a method with its default order, formulation and `conserve`.
       subroutine take(method)
          character(len=*), intent(in) :: method
          type(integrator_settings_t) :: usual
@@ -246,20 +248,20 @@ contains
          settings%series_order = 0
       end subroutine take
 
-      !> True for a symmetric body under linear potentials and torques: gravity, dipoles, damping.
+      !> Returns true for a symmetric body under linear potentials and torques: gravity, dipoles, damping.
       pure logical function is_top()
          is_top = system%effects%n_potentials > 0 .and. system%effects%n_rotors == 0 .and. &
                   all_linear(system%effects) .and. is_axial()
       end function is_top
 
-      !> True where body and effects are symmetric about an axis, in space axes that turn too.
+      !> Returns true if body and effects are symmetric about an axis, also in rotating space axes.
       pure logical function is_axial()
          type(axial_frame_t) :: frame
          call frame%recognise(system)
          is_axial = frame%axis > 0
       end function is_axial
 
-      !> True where the body turns, or could swing under linear potentials, by more than `long_turn`.
+      !> Returns true if the body rotates, or could swing under linear potentials, by more than `long_turn`.
       pure logical function is_long()
          real(wp) :: rate, moment(3), length, arm
          integer :: i, axis
@@ -284,7 +286,7 @@ contains
 
    end subroutine choose_for_axes
 
-   !> Name of an effect that supplies no series; blank where all do.
+   !> Returns the name of an effect without a series; blank if there is none.
    pure function effect_without_series(effects) result(name)
       type(effect_list_t), intent(in) :: effects
       character(len=24) :: name
@@ -306,7 +308,7 @@ contains
       if (name == '') name = 'unnamed'
    end subroutine note_missing_series
 
-   !> True for a free body whose closed solution can be computed.
+   !> Returns true for a free body whose closed solution can be computed.
    pure logical function has_closed_solution(system, state)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -321,12 +323,12 @@ contains
       end associate
    end function has_closed_solution
 
-   !> True where the rate of damping keeps explicit steps much shorter than the accuracy does.
+   !> Returns true if the rate of damping keeps explicit steps much shorter than the accuracy does.
    pure logical function damping_is_strong(system, duration, accuracy)
       type(system_t), intent(in) :: system
-      !> s.
+      !> Duration, s.
       real(wp), intent(in) :: duration
-      !> rad.
+      !> Accuracy, rad.
       real(wp), intent(in) :: accuracy
       real(wp) :: slowing(3, 3), rate
       integer :: i
@@ -344,7 +346,7 @@ contains
                                                  log(strong_damping)
    end function damping_is_strong
 
-   !> True where all potentials and torques have linear series.
+   !> Returns true if all potentials and torques have linear series.
    pure logical function all_linear(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i

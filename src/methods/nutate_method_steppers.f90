@@ -1,5 +1,5 @@
-!> Makes the steppers of the methods: their types are known here alone, so that no other module is compiled with all of
-!> them.
+!> Makes the steppers of the methods: only this submodule uses their types, so that no other module is compiled with all
+!> of them.
 submodule(nutate_methods) nutate_method_steppers
    use nutate_composition, only: composition_t
    use nutate_dop853, only: dop853_t
@@ -33,7 +33,7 @@ contains
          return
       end if
       call find_wrappers(system, complete, in_rotating_axes, in_lvlh_axes)
-      ! A binary digit for each part beside the row of the method.
+      ! One binary digit for each part besides the row of the method.
       parts = sum([row, 64, 128, 256, 512], &
                   mask=[.true., complete%conserve, complete%attitude, in_rotating_axes, in_lvlh_axes])
       if (allocated(stepper)) then
@@ -51,12 +51,13 @@ contains
       if (.not. status%ok()) deallocate (stepper)
    end procedure make_stepper
 
-   !> Finds which axes a stepper has to step in.
+   !> Finds the axes in which a stepper performs its steps.
    subroutine find_wrappers(system, settings, in_rotating_axes, in_lvlh_axes)
       type(system_t), intent(in) :: system
-      !> With their defaults.
+      !> Settings with their defaults.
       type(integrator_settings_t), intent(in) :: settings
-      !> Its equations hold in rotating axes only; it steps in the LVLH axes of a circular orbit.
+      !> True if steps are in fixed axes and states are rotated back (`nutate_rotated_stepper`); true if steps are in
+      !> the LVLH axes of a circular orbit.
       logical, intent(out) :: in_rotating_axes, in_lvlh_axes
       type(lvlh_view_t) :: view
       in_rotating_axes = all(settings%method /= ['taylor', 'exact ']) .and. settings%attitude .and. &
@@ -67,9 +68,9 @@ contains
       in_lvlh_axes = view%exists
    end subroutine find_wrappers
 
-   !> Puts a stepper together, still to be prepared. Errors: those of `compose`.
+   !> Composes a stepper, not yet prepared. Errors: those of `compose`.
    subroutine put_together(complete, method, in_rotating_axes, in_lvlh_axes, stepper, status)
-      !> Settings with their defaults, and the row of the table that they mean.
+      !> Settings with their defaults, and the row of the table that they select.
       type(integrator_settings_t), intent(in) :: complete
       type(method_t), intent(in) :: method
       logical, intent(in) :: in_rotating_axes, in_lvlh_axes
@@ -114,7 +115,7 @@ contains
       end if
    end subroutine put_together
 
-   !> Puts a wrapper with a stepper inside in the stepper's place.
+   !> Replaces a stepper by a wrapper that contains it.
    subroutine put_around(wrapper, stepper)
       class(stepper_wrapper_t), allocatable, intent(inout) :: wrapper
       class(stepper_t), allocatable, intent(inout) :: stepper

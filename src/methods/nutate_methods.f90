@@ -12,14 +12,14 @@ module nutate_methods
    public :: method_t, methods, make_stepper, compose_stepper, default_settings, equations_of, family_of, row_of, &
       leaves_attitude_out, method_of, with_defaults
 
-   !> One method: how scene files and messages speak of it, and what it can do.
+   !> One method: its names in scene files and messages, and its properties.
    type :: method_t
       character(len=24) :: name
       !> Formulation; blank for a method without one, of which there is a single row.
       character(len=24) :: formulation
-      !> Order of the method; 0 for a method without an error.
+      !> Order of the method; 0 for the exact solution.
       integer :: order
-      !> Solutions of the equations in a step, or evaluations of them.
+      !> Number of solutions of the equations in a step, or of their evaluations.
       integer :: stages
       !> Equations that are solved or evaluated.
       character(len=40) :: equations
@@ -34,13 +34,12 @@ module nutate_methods
       !> The method conserves by itself, to the round-off of its steps, which adds up: it can be projected as well,
       !> without another row for that.
       logical :: can_project = .false.
-      !> Fixed steps to a projection, without torques and while errors are small. A projection takes 0.06 to 0.15 µs,
-      !> half of a specialised step. With 8 energy and momentum are as good as with 1; at long steps on the unstable
-      !> axis of a box the attitude error is up to six times as large, with 4 hardly larger. If there is nothing but
-      !> round-off to remove, 32 do as well.
+      !> Fixed steps from one projection to the next, without torques and while errors are small. A projection needs
+      !> 0.06 to 0.15 µs, half of a specialised step. With 8, energy and momentum are as good as with 1; with long steps
+      !> on the unstable axis of a box the attitude error is up to six times as large, with 4 hardly larger. If there is
+      !> only round-off to remove, 32 is enough.
       integer :: spacing = 4
-      !> The method integrates free bodies and tops in variables of their own (`nutate_specialised_motion`): long steps
-      !> do there.
+      !> The method integrates free bodies and tops in special variables (`nutate_specialised_motion`), with long steps.
       logical :: specialised = .false.
    end type method_t
 
@@ -48,8 +47,7 @@ module nutate_methods
       three = '3 equations in the turn of the step', explicit = '7 explicit equations in q and L', &
       series = 'power series of momentum and attitude', closed = 'the closed solution of a free body'
 
-   !> Every combination of method, formulation, order and projection that there is; of each method the default comes
-   !> first.
+   !> All combinations of method, formulation, order and projection; the first row of each method is its default.
    type(method_t), parameter :: methods(*) = [ &
       method_t('nielsen_krenk', 'full', 2, 1, eight, can_project=.true., spacing=32), &
       method_t('nielsen_krenk', 'full', 4, 5, eight, can_project=.true., spacing=32), &
@@ -71,8 +69,8 @@ module nutate_methods
 
    interface
 
-      !> Makes a stepper of the method that the settings name, prepared for a system; one that is there and has the same
-      !> parts is prepared anew instead. Without attitude it is the reduced form, whichever the formulation: the body
+      !> Makes a stepper of the method that the settings name, prepared for a system; an existing stepper of the same
+      !> parts is prepared anew instead. Without attitude it is the reduced form for either formulation: the body
       !> momentum has three equations.
       !>
       !> Errors, with no stepper: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's
@@ -84,9 +82,9 @@ module nutate_methods
          type(status_t), intent(out) :: status
       end subroutine make_stepper
 
-      !> Puts the composition of a stepper of order 2, still to be prepared, in its place. Errors: those of `compose`.
+      !> Replaces a stepper of order 2 by its composition, not yet prepared. Errors: those of `compose`.
       module subroutine compose_stepper(order, stepper, status)
-         !> 4, 6 or 8.
+         !> Order of the composition: 4, 6 or 8.
          integer, intent(in) :: order
          class(stepper_t), allocatable, intent(inout) :: stepper
          type(status_t), intent(out) :: status
@@ -96,8 +94,8 @@ module nutate_methods
 
 contains
 
-   !> Returns what rows that differ only in order and formulation have in common: the name, and `+conserve` after it for
-   !> a method with the projection onto the invariants.
+   !> Returns the common name of rows that differ only in order and formulation, with `+conserve` for a method with the
+   !> projection onto the invariants.
    elemental function family_of(method) result(name)
       type(method_t), intent(in) :: method
       character(len=32) :: name
@@ -105,7 +103,7 @@ contains
       if (method%projected) name = trim(name)//'+conserve'
    end function family_of
 
-   !> The settings that a method has by default: those of its first row in the table.
+   !> Returns the default settings of a method: those of its first row in the table.
    pure type(integrator_settings_t) function default_settings(method) result(settings)
       !> Name of the method.
       character(len=*), intent(in) :: method
@@ -121,8 +119,8 @@ contains
       end do
    end function default_settings
 
-   !> Settings with what they leave open put in: without a method it is `nielsen_krenk`; order and formulation are those
-   !> of the method's first row.
+   !> Returns the settings with their defaults: the method is `nielsen_krenk`; order and formulation are those of the
+   !> method's first row.
    pure type(integrator_settings_t) function with_defaults(settings) result(complete)
       type(integrator_settings_t), intent(in) :: settings
       type(integrator_settings_t) :: usual
@@ -133,10 +131,10 @@ contains
       if (complete%formulation == '') complete%formulation = usual%formulation
    end function with_defaults
 
-   !> Row of the table that the settings mean; 0 where there is none. Order and formulation count where the method has
-   !> several.
+   !> Returns the row of the table that the settings select; 0 if there is none. Order and formulation are used if the
+   !> method has several.
    pure integer function row_of(settings)
-      !> With their defaults.
+      !> Settings with their defaults.
       type(integrator_settings_t), intent(in) :: settings
       integer :: i
       row_of = 0
@@ -148,8 +146,8 @@ contains
       end do
    end function row_of
 
-   !> The row of the table that the settings mean, with the order of a series that they ask for; of order 0 and without
-   !> a name where there is none.
+   !> Returns the row of the table that the settings select, with the requested order of a series; of order 0 and
+   !> without a name if there is none.
    pure type(method_t) function method_of(settings) result(method)
       type(integrator_settings_t), intent(in) :: settings
       integer :: row
@@ -175,7 +173,7 @@ contains
          text = '3 equations for the body momentum; nothing depends on the attitude, which is left out'
    end function equations_of
 
-   !> True where the body momentum alone is integrated.
+   !> Returns true if the body momentum alone is integrated.
    pure logical function leaves_attitude_out(settings)
       type(integrator_settings_t), intent(in) :: settings
       leaves_attitude_out = .not. settings%attitude .and. settings%method == 'nielsen_krenk'

@@ -29,7 +29,7 @@ module nutate_rotated_stepper
       type(system_t) :: standing
       !> |ω|, rad/s, and -ω over it; shape (3).
       real(wp) :: rate = 0.0_wp, axis(3) = 0.0_wp
-      !> Length of step for which the rotation was computed last, s, and d, its quaternion less 1; shape (4).
+      !> Length of the step for which the rotation was computed last, s, and d, its quaternion minus 1; shape (4).
       real(wp) :: length = 0.0_wp, change(4) = 0.0_wp
       !> The next step is the first since `prepare`. Start of the last step, s.
       logical :: untested = .true.
@@ -97,7 +97,7 @@ contains
    !> of c depends on the vector as it is rounded, so that rotations of one length do not stretch what they rotate.
    pure subroutine set_turn(self, dt, status)
       class(rotated_stepper_t), intent(inout) :: self
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
       real(wp) :: angle, square
@@ -106,7 +106,7 @@ contains
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long: the space axes turn too far')
          return
       end if
-      ! Beyond half a revolution vice versa, to the opposite quaternion.
+      ! Beyond half a revolution the rotation is the shorter one in the other direction, with the opposite quaternion.
       angle = angle - (2*pi)*anint(angle/(2*pi))
       self%change(2:4) = sin(0.5_wp*angle)*self%axis
       square = min(dot_product(self%change(2:4), self%change(2:4)), 1.0_wp)
@@ -146,7 +146,7 @@ contains
       call self%base%mark_step(state, dt, window_time)
    end subroutine mark_step
 
-   !> The state at a time inside the last step, rotated. Errors: those of the stepper, and of a turn.
+   !> Computes the state at a time inside the last step, rotated. Errors: those of the stepper, and of the rotation.
    recursive subroutine state_at(self, system, t, state, work, status, works)
       class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -206,7 +206,7 @@ contains
       end if
    end subroutine propagate_inside
 
-   !> A state without the rotation that was made last.
+   !> Returns a state without the last rotation.
    type(state_t) function standing_state(self, state) result(standing)
       type(rotated_stepper_t), intent(in) :: self
       type(state_t), intent(in) :: state
@@ -220,12 +220,12 @@ contains
       call add_rotated(back, standing%p, zero)
    end function standing_state
 
-   !> θ of sensitivities that change the rate ω of the axes: these turn by a = -ωΔt, whose change is a rotation J(a)δa,
-   !> J = 1 + (1 - cos a)/a² [a]× + (a - sin a)/a³ [a]×².
+   !> Changes θ of sensitivities to the rate ω of the axes, which rotate by a = -ωΔt: the change of a is a rotation
+   !> J(a)δa, J = 1 + (1 - cos a)/a² [a]× + (a - sin a)/a³ [a]×².
    subroutine rotate_sensitivities(system, after, dt, tangent, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: after
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status

@@ -80,7 +80,7 @@ module nutate_stepper
       procedure, non_overridable :: renew
       !> Advances a state by one step.
       procedure, non_overridable :: step => take_step
-      !> Makes a stepper that continues with identical results; a stepper inside of it is copied likewise.
+      !> Makes a stepper that continues with identical results; a stepper inside it is copied likewise.
       procedure :: copy
       !> Stores the starts of steps from now on, for `state_at`; to be called after `prepare`.
       procedure :: keep_steps
@@ -105,12 +105,12 @@ module nutate_stepper
       !> Writes or reads in checkpoint data all values on which later steps depend, so that a stepper prepared in the
       !> same way continues bit for bit. A method that does not override it has no checkpoints.
       procedure :: transfer => refuse_archive
-      !> Writes what `transfer` shows as numbers, and reads it: the same numbers in the same order, at less cost where a
-      !> method says how.
+      !> Writes the data of `transfer` as numbers, and reads them: the same numbers in the same order, at less cost if a
+      !> method overrides it.
       procedure :: put_memory => put_by_archive
       procedure :: take_memory => take_by_archive
-      !> Completes the state that a step left for output: projects it onto the invariants, where that is not done in
-      !> every step. Later steps continue from the unprojected state, whichever of the two they receive.
+      !> Completes the state that a step left for output: projects it onto the invariants, unless every step does so.
+      !> Later steps continue from the unprojected state, whichever of the two they receive.
       procedure :: project_for_output => leave_state
       !> Sets the perturbation of a trial run, for states before their projection; a stepper without projection ignores
       !> it.
@@ -131,7 +131,7 @@ module nutate_stepper
    end type dense_stepper_t
 
    abstract interface
-      !> Errors: `NUTATE_BAD_ARGUMENT` for settings that the method cannot honour.
+      !> Sets up the method. Errors: `NUTATE_BAD_ARGUMENT` for settings that the method cannot honour.
       subroutine set_up_method(self, system, settings, status)
          import :: stepper_t, system_t, integrator_settings_t, status_t
          class(stepper_t), intent(inout) :: self
@@ -140,7 +140,7 @@ module nutate_stepper
          type(status_t), intent(inout) :: status
       end subroutine set_up_method
 
-      !> On failure the state is as it was.
+      !> Performs the step. On failure the state is unchanged.
       subroutine advance_state(self, system, state, dt, window_time, status)
          import :: stepper_t, system_t, state_t, status_t, wp
          class(stepper_t), intent(inout) :: self
@@ -148,7 +148,8 @@ module nutate_stepper
          type(state_t), intent(inout) :: state
          !> Step, s; negative steps go backwards in time.
          real(wp), intent(in) :: dt
-         !> Time that decides which torques act, s: the middle of the whole step, of which a part may leave the time.
+         !> Time that decides which torques act, s: the middle of the whole step, which may lie outside of the part that
+         !> is performed.
          real(wp), intent(in) :: window_time
          !> Success on entry.
          type(status_t), intent(inout) :: status
@@ -168,7 +169,7 @@ module nutate_stepper
 
       !> Prepares again for a system that has changed; steps are kept as before. Errors: those of `prepare`.
       module subroutine renew(self, system, status)
-         !> Prepared.
+         !> Stepper that is prepared.
          class(stepper_t), intent(inout) :: self
          type(system_t), intent(in) :: system
          type(status_t), intent(out) :: status
@@ -182,8 +183,8 @@ module nutate_stepper
          type(status_t), intent(inout) :: status
       end subroutine check_prepared
 
-      !> Moves a state by one step, the middle of which decides which torques act, and shows it. On failure the state is
-      !> as it was. Errors: those of the step and of `check_prepared`.
+      !> Moves a state by one step, whose middle decides which torques act, and completes it for output. On failure the
+      !> state is unchanged. Errors: those of the step and of `check_prepared`.
       module subroutine take_step(self, system, state, dt, status)
          !> Prepared for `system`.
          class(stepper_t), intent(inout) :: self
@@ -206,7 +207,7 @@ module nutate_stepper
       !> Stores the starts of steps from now on, for `state_at`. A copy of this stepper repeats parts of them,
       !> unless the method has dense output.
       module subroutine keep_steps(self)
-         !> Prepared.
+         !> Stepper that is prepared.
          class(stepper_t), intent(inout) :: self
       end subroutine keep_steps
 
@@ -219,19 +220,19 @@ module nutate_stepper
       module subroutine mark_step(self, state, dt, window_time)
          class(stepper_t), intent(inout) :: self
          type(state_t), intent(in) :: state
-         !> s, and the time that decides which torques act, s.
+         !> Length of the step, and time that decides which torques act, s.
          real(wp), intent(in) :: dt, window_time
       end subroutine mark_step
 
-      !> The state at a time inside the last step: that step taken again from its start, as long as the time is away
-      !> from it. Neither the steps that follow nor their memory notice.
+      !> Computes the state at a time inside the last step: repeats the step from its start, shortened to end at the
+      !> time. Later steps and their memory are unaffected.
       !>
-      !> Errors: `NUTATE_BAD_ARGUMENT` where no step was kept, or the time is outside of it; those of the step.
+      !> Errors: `NUTATE_BAD_ARGUMENT` if no step was kept, or the time is outside of it; those of the step.
       recursive module subroutine state_taken_again(self, system, t, state, work, status, works)
          class(stepper_t), intent(inout) :: self
          !> System of the step.
          type(system_t), intent(in) :: system
-         !> s.
+         !> Time, s.
          real(wp), intent(in) :: t
          !> State at the time; unchanged on failure.
          type(state_t), intent(inout) :: state
@@ -242,10 +243,10 @@ module nutate_stepper
          real(wp), intent(inout), optional :: works(:)
       end subroutine state_taken_again
 
-      !> True for a time inside the last step that was kept, its ends and their round-off included.
+      !> Returns true for a time inside the last step that was kept, its ends and their round-off included.
       pure logical module function is_inside(self, t)
          class(stepper_t), intent(in) :: self
-         !> s.
+         !> Time, s.
          real(wp), intent(in) :: t
       end function is_inside
 
@@ -263,10 +264,10 @@ module nutate_stepper
       recursive module subroutine keep_estimate(self, system, state, goal, step, status)
          class(stepper_t), intent(inout) :: self
          type(system_t), intent(in) :: system
-         !> The start of the step.
+         !> State at the start of the step.
          type(state_t), intent(in) :: state
          type(step_goal_t), intent(in) :: goal
-         !> An estimate on entry, s, positive for steps backwards in time too.
+         !> Length of the step, s, positive also backwards in time; an estimate on entry.
          real(wp), intent(inout) :: step
          !> Success on entry.
          type(status_t), intent(inout) :: status
@@ -288,9 +289,9 @@ module nutate_stepper
          class(archive_t), intent(inout) :: archive
       end subroutine refuse_archive
 
-      !> Writes what `transfer` shows into an array of numbers.
+      !> Writes the data of `transfer` into an array of numbers.
       recursive module subroutine put_by_archive(self, room, numbers, used)
-         !> Prepared.
+         !> Stepper that is prepared.
          class(stepper_t), intent(inout) :: self
          integer, intent(in) :: room
          real(wp), intent(inout), target :: numbers(room)
@@ -298,7 +299,7 @@ module nutate_stepper
          integer, intent(inout) :: used
       end subroutine put_by_archive
 
-      !> Reads what `transfer` shows from an array of numbers.
+      !> Reads the data of `transfer` from an array of numbers.
       recursive module subroutine take_by_archive(self, room, numbers, used)
          !> Prepared, for the same system.
          class(stepper_t), intent(inout) :: self
@@ -308,12 +309,12 @@ module nutate_stepper
          integer, intent(inout) :: used
       end subroutine take_by_archive
 
-      !> For methods whose steps leave the state as it is to be seen.
+      !> Does nothing: the state needs no completion for output.
       module subroutine leave_state(self, system, state)
          !> Prepared for `system`.
          class(stepper_t), intent(inout) :: self
          type(system_t), intent(in) :: system
-         !> The state that `advance` left last; another one stays as it is.
+         !> State that `advance` left last; any other is unchanged.
          type(state_t), intent(inout) :: state
       end subroutine leave_state
 
@@ -332,7 +333,7 @@ module nutate_stepper
          type(status_t), intent(inout) :: status
       end subroutine refuse_tangent
 
-      !> Moves sensitivities over the step that `advance` took last. Errors, the sensitivities as they were: those of
+      !> Moves sensitivities over the step that `advance` took last. Errors, with the sensitivities unchanged: those of
       !> the method; `NUTATE_BAD_ARGUMENT` for one without sensitivities, and for sensitivities that it does not have.
       recursive module subroutine propagate(self, system, before, after, dt, window_time, tangent, status)
          class(stepper_t), intent(inout) :: self
@@ -353,7 +354,7 @@ module nutate_stepper
          class(stepper_t), intent(inout) :: self
          type(system_t), intent(in) :: system
          type(state_t), intent(in) :: state
-         !> At the start of the step that is kept.
+         !> Sensitivities at the start of the step that is kept.
          type(tangent_t), intent(inout) :: tangent
          type(status_t), intent(inout) :: status
       end subroutine propagate_inside

@@ -134,7 +134,7 @@ contains
             self%used = .true.
             call again%advance(system, inside, t - self%last_start%t, self%last_window, status)
             if (status%code /= 0) then
-               ! A step that failed has forgotten the steps before it, and predicts afresh: that may do.
+               ! A failed step has discarded the steps before it: without their prediction it may succeed.
                status = status_t()
                call again%advance(system, inside, t - self%last_start%t, self%last_window, status)
             end if

@@ -20,7 +20,7 @@ module nutate_stepper_wrapper
       procedure, non_overridable :: wrap
       !> Reports an error if there is no stepper inside.
       procedure, non_overridable :: check_base
-      !> Copies what the inner stepper reports of its last step, whether it succeeded or not; work and estimate apart.
+      !> Copies what the inner stepper reports of its last step, successful or not, except for work and estimate.
       procedure, non_overridable :: copy_counts
       !> Copies the work of the last step, and the estimate of its error.
       procedure, non_overridable :: copy_work
@@ -101,7 +101,7 @@ contains
       self%moved_by_round_off = self%base%moved_by_round_off
    end subroutine advance_base
 
-   !> Makes a stepper that goes on as this one would.
+   !> Makes a stepper that continues with identical results.
    recursive subroutine copy(self, twin)
       class(stepper_wrapper_t), intent(inout) :: self
       class(stepper_t), allocatable, intent(out) :: twin
@@ -115,7 +115,7 @@ contains
       call move_alloc(base, self%base)
    end subroutine copy
 
-   !> The starts of steps are kept where they are taken again: inside, before what the wrapper does to them.
+   !> Stores the starts of steps in the stepper inside, which repeats them: they are not changed by the wrapper.
    recursive subroutine keep_steps(self)
       class(stepper_wrapper_t), intent(inout) :: self
       call self%base%keep_steps()
@@ -128,8 +128,8 @@ contains
       call self%base%forget_steps()
    end subroutine forget_steps
 
-   !> Notifies the stepper inside. The invariants that a wrapper stores remain valid: the other values do work as the
-   !> ones before.
+   !> Notifies the stepper inside. The invariants that a wrapper stores remain valid: the work of the new values is
+   !> counted as before.
    recursive subroutine update_commands(self)
       class(stepper_wrapper_t), intent(inout) :: self
       call self%base%update_commands()
