@@ -1,18 +1,19 @@
-!> How a step may have erred, and what follows for what is known of its end twice over.
+!> Weights the errors of a step by their estimates, to reconcile quantities that are known twice at its end.
 !>
 !> A Runge-Kutta method integrates the works of torques, motors and time-dependent potentials beside the state, and with
-!> them the momentum in space, l = l₀ + ∫ Rτ dt. Energy and momentum of the state are then known twice, and of two
-!> errors only the difference is known. Least squares divide it as the squares of what the embedded method estimates for
-!> the two:
+!> them the momentum in space, l = l₀ + ∫ Rτ dt. Energy and momentum of the state are then known twice, but only the
+!> difference of the two errors is known. Least squares divide it in the ratio of the squares of the estimates that the
+!> embedded method gives for the two:
 !>
-!> * Of the difference E of energy and balance of the works those take sE, and the state the rest,
+!> * Of the difference E of energy and balance, the works take the part sE and the state the rest,
 !>   s = σ_W²/(σ_W² + σ_H²), σ_H² = ν((Ω·δL)² + (τ·δ)² + Σ(ω δh)²) with the estimates for the momentum, the attitude
-!>   (the rotation vector δ, τ the torque of the potentials) and the wheels, squared one by one: where they cancel it is
-!>   by accident.
-!> * Of the difference D of the two momenta the state takes sD, s = σ_L²/(σ_L² + σ_l²), σ_L that of RL, RδL + R(δ×L),
-!>   and σ_l that of the integral. A weak torque so leaves l what it is without, which unstable axes need.
+!>   (the rotation vector δ, τ the torque of the potentials) and the wheels. Terms are squared one by one, since they
+!>   cancel only by coincidence.
+!> * Of the difference D of the two momenta, the state takes the part sD, s = σ_L²/(σ_L² + σ_l²), σ_L that of RL,
+!>   RδL + R(δ×L), and σ_l that of the integral. A weak torque so leaves l as it is without the torque, as unstable axes
+!>   require.
 !> * The state moves to its energy by a rotation δ and a change ΔL of the momentum, the smallest in |δ|² + |ΔL|²/S²: S²
-!>   is what is left of σ_L² and σ_l² together, ten times, over |δ|².
+!>   is ten times the sum of what is left of σ_L² and σ_l², over |δ|².
 module nutate_error_weighting
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: ALL_COMPONENTS
@@ -26,18 +27,17 @@ module nutate_error_weighting
 
    public :: balance_momentum, step_error_t, book_share, divide_excess, share_of_works
 
-   !> ν: the method errs three orders later than its estimate, and there the works, which change twice as fast as the
-   !> state, are worse off than the estimate says. Measured on 1500 random scenes: with 1 those scenes gain less whose
-   !> works err most, with 0.1 and less more of the others lose.
+   !> ν: the error of the method is three orders higher than its estimate, and there the works, which vary twice as fast
+   !> as the state, are less accurate than estimated. Measured on 1500 random scenes: with 1 the scenes with the largest
+   !> errors of work gain less; with 0.1 and less, more of the others lose.
    real(wp), parameter :: weight = 0.3_wp
-   !> Factor of ν for series: the works of a series err no more than the motion unless it dies out, and then by 2ⁿ times
-   !> as much.
+   !> Factor of ν for series: the errors of works are no larger than those of the motion unless the motion decays; then
+   !> they are 2ⁿ times as large.
    real(wp), parameter :: of_series = 100.0_wp
-   !> An estimate above this, energies in an order of one, is as bad as any: the square of a larger one might overflow.
+   !> Largest useful estimate, with energies of order one: the square of a larger one might overflow.
    real(wp), parameter :: hopeless = 1e50_wp
-   !> Ten times in S², measured likewise; from its usual value S² departs by no more than the second. Squares of
-   !> rotations below the third, rad², are none. The fourth is that of the longest move with an S² that is not the usual
-   !> one, rad².
+   !> Factor in S², measured likewise; largest factor between S² and its usual value; square of a rotation, rad², below
+   !> which it is treated as none; square of the longest move with an unusual S², rad².
    real(wp), parameter :: freedom = 10.0_wp, farthest = 1e8_wp, least_rotation = 1e-40_wp, longest = 1e-4_wp
 
 contains
@@ -67,12 +67,12 @@ contains
       error%square = share*dot_product(of_balance_part, of_balance_part)
    end subroutine balance_momentum
 
-   !> Gives the works their share of an excess that is more than round-off of the energy that is left, and weighs the
-   !> two moves for the rest. Round-off of the balance depends on the largest energy that there was.
+   !> Gives the works their share of an excess above the round-off of the remaining energy, and weighs the two moves for
+   !> the rest. Round-off of the balance depends on the largest energy so far.
    pure subroutine divide_excess(plan, error, point, slope, noise, size, to_order_one, excess, given, push)
       type(projection_plan_t), intent(in) :: plan
       type(step_error_t), intent(in) :: error
-      !> Evaluated.
+      !> Point that was evaluated.
       type(projection_point_t), intent(in) :: point
       !> Slope at the point.
       type(slope_t), intent(in) :: slope
@@ -82,7 +82,7 @@ contains
       real(wp), intent(in) :: to_order_one
       !> Excess times `to_order_one`, J.
       real(wp), intent(inout) :: excess
-      !> J; S² over its usual value; as they were for round-off.
+      !> Energy given to the works, J; S² over its usual value. Both are unchanged if the excess is round-off.
       real(wp), intent(inout) :: given, push
       type(slope_t) :: weighed
       real(wp) :: share, left
@@ -98,11 +98,12 @@ contains
       if (.not. excess*excess < longest*weighed%steepness) push = 1.0_wp
    end subroutine divide_excess
 
-   !> Returns the share of the works in an excess, 0 to 1: none if the excess is larger than both estimates. A step that
-   !> errs more than a method of lower order follows no motion, and the invariants are all that keeps it near one.
+   !> Returns the share of the works in an excess, 0 to 1: none if the excess is larger than both estimates. A step with
+   !> a larger error than that of a method of lower order does not follow the motion, and only the invariants keep it
+   !> near.
    pure real(wp) function share_of_works(plan, point, error, rounding, to_order_one, excess) result(share)
       type(projection_plan_t), intent(in) :: plan
-      !> Evaluated.
+      !> Point that was evaluated.
       type(projection_point_t), intent(in) :: point
       type(step_error_t), intent(in) :: error
       !> Possible round-off of the works so far, J.
@@ -115,7 +116,7 @@ contains
       integer :: i
       omega = point%omega
       if (plan%turns) omega = point%relative
-      ! If l is conserved and was restored, L errs by the attitude alone.
+      ! If l is conserved and was restored, the error of L is that of the attitude alone.
       rate = point%rate
       if (plan%components == ALL_COMPONENTS) then
          omega = 0.0_wp
@@ -143,9 +144,9 @@ contains
       if (work > tiny(1.0_wp) .and. excess**2 <= work + state) share = work/(work + weight*state)
    end function share_of_works
 
-   !> S² over its usual value (2T/|Ω|)²; 1 where nothing is known.
+   !> Returns S² over its usual value (2T/|Ω|)²; 1 if nothing is known.
    pure real(wp) function weight_of_push(point, error) result(push)
-      !> Evaluated.
+      !> Point that was evaluated.
       type(projection_point_t), intent(in) :: point
       type(step_error_t), intent(in) :: error
       real(wp) :: rotation, ratio
@@ -156,14 +157,14 @@ contains
       push = min(farthest, max(1/farthest, freedom*(error%square/rotation)*ratio**2))
    end function weight_of_push
 
-   !> Adds what works take to each of them, in proportion to what it did in the step.
+   !> Distributes the share of the works over them, in proportion to the work of each in the step.
    pure subroutine book_share(effects, given, done, work, state)
       type(effect_list_t), intent(in) :: effects
-      !> J, and Σ|work|, J.
+      !> Share of the works, and Σ|work| of the step, J.
       real(wp), intent(in) :: given, done
-      !> Shape (n_works).
+      !> Work of each effect, J; shape (n_works).
       real(wp), intent(inout) :: work(:)
-      !> The work of wheels and of time-dependent potentials that it holds is moved with theirs.
+      !> State; its work of wheels and of time-dependent potentials is changed accordingly.
       type(state_t), intent(inout) :: state
       real(wp) :: more
       integer :: i, wheel

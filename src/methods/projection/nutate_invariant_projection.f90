@@ -1,5 +1,4 @@
-!> The projection onto the invariants: puts the state that a step of any method reached back onto the invariants of the
-!> run.
+!> The projection onto the invariants: moves the state after a step of any method back onto the invariants of the run.
 !>
 !> In this order: `q` is normalised; the conserved components of the space momentum `l` take their stored values; then
 !> the excess `ΔH = H - (H₀ + work)` is removed by the smallest move along which it falls. The moves that leave the
@@ -19,16 +18,15 @@
 !> **Rotating space axes**, at ω. H - ω·l replaces H, Ω - Rᵀω replaces Ω in ΔL; only the component of l along ω can be
 !> conserved. The l of a free body rotates by -ω in these axes: it is rotated, exactly, not restored.
 !>
-!> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
-!> round-off. Excesses up to `round_off` of the energy's scale are left as they are, those up to `doubtful` are removed
-!> by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long; unless there was no more
-!> to remove than what round-off of the balance may come to: damping has brought the body so near to rest that no state
-!> has the energy of the balance, or all that have are far. The state is left as it is then, its energy becomes that of
-!> the balance, and the works get the difference.
+!> **Limits.** H is stationary at relative equilibria: there a ΔH of round-off would require a long move. Excesses up to
+!> `round_off` of the energy's scale are left alone, those up to `doubtful` are removed by short moves only. Above it, a
+!> move of more than 0.1 rad means that the step was too long, unless the excess is within the possible round-off of the
+!> balance: damping has then brought the body so near to rest that no state nearby has the energy of the balance. The
+!> state is then left alone, its energy becomes that of the balance, and the difference is added to the works.
 !>
-!> **Targets.** H₀ + work and l are those of the first state, not of the last, so that nothing adds up over a long run.
-!> They travel with the state, in its balance, together with the attitude and momentum to which they belong: a rejected
-!> step is tried again with those that it began with. A state that somebody else has set starts anew from its own.
+!> **Targets.** H₀ + work and l are those of the first state, not of the last, so that nothing accumulates over a long
+!> run. They are stored in the balance of the state, together with the attitude and momentum to which they belong: a
+!> rejected step is repeated with those of its start. A state that was set from outside starts with its own values.
 module nutate_invariant_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_disturbance, only: disturb_state
@@ -50,19 +48,19 @@ module nutate_invariant_projection
    public :: invariant_projection_t
    public :: round_off, doubtful, longest, longest_doubtful, negligible, most_moves
 
-   !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is
-   !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may
-   !> be round-off, and up to twice that if both ends of a step have it. If damping has brought a body all but to rest,
+   !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is zero.
+   !> Two evaluations, with l restored in between, differ by several times that: up to the second an excess may be
+   !> round-off, and up to twice that if both ends of a step have it. If damping has brought a body nearly to rest,
    !> round-off of the balance is below the fourth.
    real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps, in_balance = 64*eps
-   !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
-   !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is
-   !> stationary and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The
+   !> Squares of moves, rad². The longest of all, 0.1 rad: a step with such an error does not follow the motion. The
+   !> longest for a doubtful excess, 64 ε rad: a state that would need more is next to an equilibrium, where H is
+   !> stationary and does not determine the attitude; a longer move would turn a round-off of ε into an error of √ε. The
    !> longest after which the rest of the excess, which goes as the square of the move, is below ε/16.
    real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = (64*eps)**2, negligible = 1e-17_wp
    !> Round-off ε that noise of 1 stands for, inverse: noise of 4ε is what evaluating H makes.
    real(wp), parameter :: noise_unit = 0.25_wp/eps
-   !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
+   !> Largest number of moves: at a double root of H each reduces the excess by a factor of four, 2e14 in all.
    integer, parameter :: most_moves = 24
 
    !> The projection of the states of one system.
@@ -84,11 +82,11 @@ module nutate_invariant_projection
       procedure :: start
       !> Adds the noise of a trial run.
       procedure :: disturb
-      !> Adds it to a state that is not projected.
+      !> Adds the noise to a state that is not projected.
       procedure :: shake_state
-      !> Makes sure that the state from which a step starts has its balance.
+      !> Gives the state from which a step starts its balance.
       procedure :: follow
-      !> Projects the state that a step reached, or one inside of it.
+      !> Projects the state at the end of a step, or inside it.
       procedure :: project
    end type invariant_projection_t
 
@@ -98,9 +96,9 @@ contains
    pure subroutine prepare(self, system, attitude, compensated)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> The attitude is integrated; else the states have none, and of l only the length is conserved.
+      !> True if the attitude is integrated; otherwise the states have none, and only |l| is conserved.
       logical, intent(in) :: attitude
-      !> States are compensated sums, and stay so where that is possible.
+      !> True if states are compensated sums, and stay so if possible.
       logical, intent(in) :: compensated
       call self%plan%prepare(system, attitude)
       self%plan%compensated = compensated .and. attitude .and. self%plan%pushes
@@ -141,8 +139,8 @@ contains
       call state%balance_here()
    end subroutine settle
 
-   !> Adds the noise of a trial run: from now on states come as from a machine on which every step rounds by so much.
-   !> The limits of the projection are then those of that machine.
+   !> Adds the noise of a trial run: from now on states are those of a machine with this round-off in every step, and so
+   !> are the limits of the projection.
    pure subroutine disturb(self, noise)
       class(invariant_projection_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise
@@ -172,7 +170,7 @@ contains
       if (self%noise%amplitude > 0.0_wp .and. self%plan%attitude) call disturb_state(self%noise, state)
    end subroutine shake_state
 
-   !> Makes sure that the state from which a step starts has its balance: one that belongs to another state starts anew.
+   !> Gives the state from which a step starts its balance: one that belongs to another state starts anew.
    pure subroutine follow(self, system, state)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -186,8 +184,8 @@ contains
       call self%start(system, state)
    end subroutine follow
 
-   !> Projects a state, which has the balance of the one from which the step started. Errors, with the state as it was:
-   !> `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
+   !> Projects a state, which has the balance of the one from which the step started. Errors, with the state unchanged:
+   !> `NUTATE_OFF_BRANCH` for a step so long that it needs a move of more than 0.1 rad.
    pure subroutine project(self, system, state, work, status, error, given)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -229,7 +227,7 @@ contains
       end if
       if (reached .or. undetermined) then
          call write_state(self%plan, point, state)
-         ! A state far off the balance, as works can bring it about, had an energy that the motion never has.
+         ! Errors of works can lead a state far off the balance, with an energy that the motion never has.
          if (present(given)) self%scale%size = max(state%balance%scale%size, point%size)
          call settle(self, energy, state)
       else
@@ -247,7 +245,7 @@ contains
       if (self%plan%turns_momentum) call self%target%turn(self%plan%frame_rate, state%t - state%balance%momentum_time)
    end subroutine set_targets
 
-   !> The point of a state, with the conserved components of its momentum at their stored values.
+   !> Sets the point of a state, with the conserved components of its momentum at their stored values.
    pure subroutine set_point(self, state, point)
       class(invariant_projection_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -261,13 +259,14 @@ contains
       call self%target%put(self%plan%components, point)
    end subroutine set_point
 
-   !> Moves a point to the energy of a balance, or both to one that is between theirs.
+   !> Moves a point to the energy of a balance, or both to an energy between theirs.
    pure subroutine set_energy(self, effects, target, point, reached, undetermined, error, given)
       class(invariant_projection_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(energy_sum_t), intent(inout) :: target
       type(projection_point_t), intent(inout) :: point
-      !> False if that energy is too far; true if it is, although there is little to remove.
+      !> `reached` is false if that energy is too far away; `undetermined` is true if it is, although the excess is
+      !> small.
       logical, intent(out) :: reached, undetermined
       !> Estimated error of the step; amount by which the balance was moved, J: unchanged if it was not moved.
       type(step_error_t), intent(in), optional :: error
@@ -314,7 +313,7 @@ contains
       undetermined = first <= in_balance*unit*self%scale%size
    end subroutine set_energy
 
-   !> Moves a point towards the balance of its momentum, where not all of that is conserved.
+   !> Moves a point towards the balance of its momentum, if not all of it is conserved.
    pure subroutine balance(self, error, point)
       class(invariant_projection_t), intent(in) :: self
       type(step_error_t), intent(inout) :: error
@@ -343,7 +342,7 @@ contains
       if (self%plan%components == ALL_COMPONENTS) call self%target%put(self%plan%components, point)
    end subroutine move
 
-   !> R(c)ᵀL = L + u + u×b, u = 2 L×b/(1 + |b|²), with c = (1 + b)/√(1 + |b|²).
+   !> Computes R(c)ᵀL = L + u + u×b, u = 2 L×b/(1 + |b|²), with c = (1 + b)/√(1 + |b|²).
    pure subroutine rotate_back(b, factor, momentum)
       !> b, and 1 + |b|²; shape (3).
       real(wp), intent(in) :: b(3), factor
@@ -354,7 +353,7 @@ contains
       momentum = momentum + (u + across(u, b))
    end subroutine rotate_back
 
-   !> The last move: one so short that its square is round-off, after which q and L alone are needed.
+   !> Performs the last move, so short that its square is round-off; only q and L are needed afterwards.
    pure subroutine move_little(self, c, slope, point)
       class(invariant_projection_t), intent(in) :: self
       real(wp), intent(in) :: c
@@ -370,7 +369,7 @@ contains
       end if
    end subroutine move_little
 
-   !> a×b, in this file so that it is compiled into its callers.
+   !> Returns a×b; in this file so that it is inlined into its callers.
    pure function across(a, b) result(c)
       real(wp), intent(in) :: a(3), b(3)
       real(wp) :: c(3)
@@ -379,7 +378,7 @@ contains
       c(3) = a(1)*b(2) - a(2)*b(1)
    end function across
 
-   !> Keeps the largest energies seen, and the power of two with which no square overflows.
+   !> Stores the largest energies so far, and the power of two with which no square overflows.
    pure subroutine note_size(self, point)
       class(invariant_projection_t), intent(inout) :: self
       type(projection_point_t), intent(in) :: point

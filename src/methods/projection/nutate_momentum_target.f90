@@ -1,5 +1,5 @@
-!> The conserved components of the space momentum `l` of a run: what they were at its start, and how a state gets them
-!> back.
+!> The conserved components of the space momentum `l` of a run: stores their initial values and restores them in a
+!> state.
 module nutate_momentum_target
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
    use nutate_kinds, only: wp
@@ -12,14 +12,14 @@ module nutate_momentum_target
 
    !> The values of one run. Each call names the components that are conserved, as in `nutate_invariants`.
    type :: momentum_target_t
-      !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
+      !> l, space axes, N m s, shape (3); its component l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
    contains
       !> Stores the values of a point.
       procedure :: set
-      !> Turns l to where it is after some time in space axes that turn.
+      !> Rotates l as seen from rotating space axes after some time.
       procedure :: turn
-      !> Gives a point the values.
+      !> Restores the values in a point.
       procedure :: put
    end type momentum_target_t
 
@@ -38,15 +38,15 @@ contains
       end if
    end subroutine set
 
-   !> Turns l to where it is after some time in space axes that turn: exactly, by -ωt.
+   !> Rotates l as seen from rotating space axes after some time: exactly, by -ωt.
    pure subroutine turn(self, frame_rate, since)
       class(momentum_target_t), intent(inout) :: self
-      !> ω, rad/s, space axes; shape (3); s.
+      !> ω, rad/s, space axes, shape (3); time, s.
       real(wp), intent(in) :: frame_rate(3), since
       self%momentum = rotate_to_body(quat_exp((0.5_wp*since)*frame_rate), self%momentum)
    end subroutine turn
 
-   !> Gives a point the values.
+   !> Restores the values in a point.
    pure subroutine put(self, components, point)
       class(momentum_target_t), intent(in) :: self
       integer, intent(in) :: components

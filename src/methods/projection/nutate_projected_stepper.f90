@@ -18,11 +18,12 @@ module nutate_projected_stepper
    public :: projected_stepper_t
 
    !> A stepper and the projection of its states. The estimate of the error is that of the stepper: the projection moves
-   !> the state by no more than the error, and mostly takes some of it away. `step` allocates nothing.
+   !> the state by no more than the error, and mostly reduces it. `step` allocates nothing.
    type, extends(stepper_wrapper_t) :: projected_stepper_t
       private
       type(spaced_projection_t) :: projection
-      !> Steps to a projection, without torques and while errors are small, unless every one is asked for.
+      !> Steps from one projection to the next, without torques and while errors are small, unless every step is
+      !> projected.
       integer, public :: spacing = 1
       !> Number of momenta of wheels and inner spheres.
       integer :: n_wheels = 0
@@ -49,7 +50,8 @@ contains
       call self%projection%disturb(noise)
    end subroutine disturb
 
-   !> Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
+   !> Prepares the stepper and the projection. Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` if there
+   !> is none.
    subroutine set_up(self, system, settings, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -64,8 +66,8 @@ contains
       call self%projection%prepare(system, settings%attitude, merge(1, self%spacing, settings%project_each))
    end subroutine set_up
 
-   !> One step and, if it is due, its projection. Errors, with the state as it was: those of the stepper and of the
-   !> projection.
+   !> Performs one step and, if it is due, its projection. Errors, with the state unchanged: those of the stepper and of
+   !> the projection.
    subroutine advance(self, system, state, dt, window_time, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -116,7 +118,7 @@ contains
       call self%base%mark_step(self%last_start, dt, window_time)
    end subroutine mark_step
 
-   !> The state at a time inside the last step, projected. Errors: those of the stepper and of the projection.
+   !> Computes the state at a time inside the last step, projected. Errors: those of the stepper and of the projection.
    recursive subroutine state_at(self, system, t, state, work, status, works)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -158,7 +160,7 @@ contains
          call project_sensitivities(system, after, .false., tangent)
    end subroutine propagate_step
 
-   !> Moves sensitivities to a state inside of the last step, which is projected.
+   !> Moves sensitivities to a state inside the last step, which is projected.
    recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -26,7 +26,7 @@ module nutate_projection_point
    type, private :: planned_wheels_t
       !> Number of wheels, components of inner spheres among them.
       integer :: n = 0
-      !> Momenta of the state last taken, N m s; shape (most_inner).
+      !> Momenta of the state set last, N m s; shape (most_inner).
       real(wp) :: momentum(most_inner) = 0.0_wp
       !> The momentum has errors, and takes part in moves; 1/Jw, kg⁻¹ m⁻², shape (most_inner), and the axis, body axes,
       !> shape (3, most_inner).
@@ -72,7 +72,7 @@ module nutate_projection_point
       procedure :: set_wheels
       !> Moves the wheels down a slope.
       procedure :: move_wheels
-      !> Energy of the wheels that do not move.
+      !> Returns the energy of the wheels that do not move.
       procedure :: still_energy
    end type projection_plan_t
 
@@ -82,16 +82,16 @@ module nutate_projection_point
       real(wp) :: q(4)
       !> L, body axes, N m s; shape (3).
       real(wp) :: momentum(3)
-      !> Both as they were before they moved; shapes (4), (3). Set where states are compensated sums.
+      !> Both before they were moved; shapes (4), (3). Set if states are compensated sums.
       real(wp) :: first_q(4), first_momentum(3)
       !> Rᵀ; shape (3,3), and γ = Rᵀn, if l·n is conserved; shape (3).
       real(wp) :: to_body(3, 3), gamma(3)
       !> Ω, rad/s, and L̇ at fixed space momentum, N m, body axes; shape (3).
       real(wp) :: omega(3), rate(3)
-      !> Ω - Rᵀω where the space axes turn, rad/s, body axes; shape (3).
+      !> Ω - Rᵀω if the space axes rotate, rad/s, body axes; shape (3).
       real(wp) :: relative(3)
-      !> 2T, H and T + Σ|U|, J, to which round-off of H is relative: with ½ Σ|xᵢ||J⁻¹ᵢⱼ||xⱼ|, x = L - h, for T where J
-      !> is not diagonal, since its terms cancel on thin rods.
+      !> 2T, H and T + Σ|U|, J, to which round-off of H is relative: with ½ Σ|xᵢ||J⁻¹ᵢⱼ||xⱼ|, x = L - h, for T if J is
+      !> not diagonal, since its terms cancel on thin rods.
       real(wp) :: twice_kinetic, energy, size
    end type projection_point_t
 
@@ -114,11 +114,11 @@ module nutate_projection_point
 
 contains
 
-   !> Sorts what a system consists of.
+   !> Sorts the terms of a system.
    pure subroutine prepare(self, system, attitude)
       class(projection_plan_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> The states have an attitude; else of l only the length is conserved.
+      !> True if the states have an attitude; otherwise only |l| is conserved.
       logical, intent(in) :: attitude
       call conserved_momentum(system%effects, self%components, self%axis)
       self%turns = system%effects%frame_turns
@@ -146,8 +146,8 @@ contains
       call sort_potentials(self, system%effects)
    end subroutine prepare
 
-   !> Finds the wheels whose momenta have errors: those with friction, those that follow what the body does, and the
-   !> components of inner spheres. The momentum of any other wheel is the integral of a torque that is known.
+   !> Finds the wheels whose momenta have errors: those with friction, those driven by feedback of the motion, and the
+   !> components of inner spheres. The momentum of any other wheel is the integral of a known torque.
    pure subroutine sort_wheels(self, effects)
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -179,7 +179,7 @@ contains
       self%wheel_energy = effects%wheel_energy(self%wheels%momentum)
    end subroutine move_wheels
 
-   !> Energy of the wheels that do not move, J, of the state last taken.
+   !> Returns the energy of the wheels that do not move, J, of the state set last.
    pure real(wp) function still_energy(self) result(energy)
       class(projection_plan_t), intent(in) :: self
       integer :: i
@@ -191,17 +191,17 @@ contains
       end do
    end function still_energy
 
-   !> Sets the time of a state, before a point is made of it, and the inertia of that time.
+   !> Sets the time of a state, before it is converted to a point, and the inertia of that time.
    pure subroutine set_time(self, effects, t)
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       self%t = t
       if (self%varies) self%inverse_inertia = symmetric_inverse(self%inertia + effects%inertia_term(0, t, t, 1.0_wp))
    end subroutine set_time
 
-   !> Copies the wheels of a state, before a point is made of it.
+   !> Copies the wheels of a state, before it is converted to a point.
    pure subroutine set_wheels(self, effects, state)
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -232,7 +232,7 @@ contains
       self%has_weight = .not. all(is_other)
    end subroutine sort_potentials
 
-   !> A state as a point, with its energy.
+   !> Converts a state to a point, with its energy.
    pure subroutine read_point(self, effects, state, point)
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -246,7 +246,7 @@ contains
       call evaluate(self, effects, point)
    end subroutine read_point
 
-   !> q normalised, and Rᵀ.
+   !> Sets q, normalised, and Rᵀ.
    pure subroutine set_attitude(state, point)
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(inout) :: point
@@ -262,7 +262,7 @@ contains
       call set_rows(point)
    end subroutine set_attitude
 
-   !> The L of p = 2 q∘[0, L], whatever round-off |q| has gathered.
+   !> Sets the L of p = 2 q∘[0, L], independently of the round-off of |q|.
    pure subroutine set_momentum(state, point)
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(inout) :: point
@@ -275,7 +275,7 @@ contains
       end associate
    end subroutine set_momentum
 
-   !> Rᵀ of a unit quaternion.
+   !> Sets Rᵀ of a unit quaternion.
    pure subroutine set_rows(point)
       type(projection_point_t), intent(inout) :: point
       associate (q => point%q, rows => point%to_body)
@@ -291,14 +291,14 @@ contains
       end associate
    end subroutine set_rows
 
-   !> γ = Rᵀn, where l·n is conserved.
+   !> Sets γ = Rᵀn, if l·n is conserved.
    pure subroutine set_gamma(self, point)
       class(projection_plan_t), intent(in) :: self
       type(projection_point_t), intent(inout) :: point
       if (self%components == ALONG_AXIS) point%gamma = times_vector(point%to_body, self%axis)
    end subroutine set_gamma
 
-   !> Ω, L̇, T, H and the size of its terms.
+   !> Computes Ω, L̇, T, H and the size of its terms.
    pure subroutine evaluate(self, effects, point)
       class(projection_plan_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
@@ -393,7 +393,7 @@ contains
       end do
    end subroutine add_others
 
-   !> The direction in which the energy falls.
+   !> Computes the direction in which the energy falls.
    pure subroutine get_slope(self, to_order_one, point, slope)
       class(projection_plan_t), intent(in) :: self
       !> A power of two that brings energies to order one.
@@ -469,7 +469,7 @@ contains
       slope%steepness = slope%steepness + energy*energy
    end subroutine add_wheels
 
-   !> q, and p = 2 q∘[0, L].
+   !> Writes q, and p = 2 q∘[0, L], to the state.
    pure subroutine write_state(self, point, state)
       class(projection_plan_t), intent(in) :: self
       type(projection_point_t), intent(in) :: point
@@ -492,7 +492,7 @@ contains
       state%p_compensation = 0.0_wp
    end subroutine write_state
 
-   !> Adds what a point has moved by to the state that it is made of.
+   !> Adds the moves of a point to its state.
    pure subroutine add_moves(point, state)
       type(projection_point_t), intent(in) :: point
       type(state_t), intent(inout) :: state

@@ -18,8 +18,8 @@ module nutate_spaced_projection
 
    public :: spaced_projection_t, small
 
-   !> Move of a projection, of q and of p relative to |p|, up to which the next may wait: a few times it is far from
-   !> what the projection refuses, and steps with larger errors are cheap beside what they lose.
+   !> Move of a projection, of q and of p relative to |p|, up to which the next steps need none: several such moves are
+   !> far below the limit of the projection; with larger errors, projecting every step costs little.
    real(wp), parameter :: small = 1e-4_wp
 
    !> The projection of the states of one system.
@@ -28,18 +28,18 @@ module nutate_spaced_projection
       type(invariant_projection_t) :: projection
       !> Every step is projected.
       logical :: each = .true.
-      !> No step has been projected: the next one starts a balance, whatever the state brings along.
+      !> No step has been projected: the next one starts a new balance, whatever balance the state has.
       logical :: fresh = .true.
-      !> Steps to a projection while errors are small.
+      !> Steps from one projection to the next while errors are small.
       integer :: usual = 1
    contains
       !> Finds the invariants that a system has.
       procedure :: prepare
       !> Adds the noise of a trial run.
       procedure :: disturb
-      !> How far round-off of the energy moved the last state that was projected.
+      !> Returns the move of the last projected state due to round-off of the energy.
       procedure :: moved_by_round_off
-      !> Puts the state that a step left in the place of a copy that was seen.
+      !> Replaces an observed copy by the state that a step left.
       procedure :: find_origin
       !> Prepares the state from which a step starts.
       procedure :: begin_step
@@ -59,11 +59,11 @@ contains
    pure subroutine prepare(self, system, attitude, usual, compensated)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> The attitude is integrated.
+      !> True if the attitude is integrated.
       logical, intent(in) :: attitude
-      !> Steps to a projection while errors are small. With torques or wheels every step is projected.
+      !> Steps from one projection to the next while errors are small. With torques or wheels every step is projected.
       integer, intent(in) :: usual
-      !> States are compensated sums, and stay so where moves allow it.
+      !> True if states are compensated sums, and stay so if moves allow it.
       logical, intent(in), optional :: compensated
       logical :: sums
       sums = .false.
@@ -81,18 +81,18 @@ contains
       call self%projection%disturb(noise)
    end subroutine disturb
 
-   !> How far round-off of the energy moved the last state that was projected, rad.
+   !> Returns the move of the last projected state due to round-off of the energy, rad.
    pure real(wp) function moved_by_round_off(self)
       class(spaced_projection_t), intent(in) :: self
       moved_by_round_off = self%projection%moved_by_round_off
    end function moved_by_round_off
 
-   !> Puts the state that a step left in the place of a copy that was shown. Before the first step there is no balance:
-   !> the one that a state brings along may be that of another system.
+   !> Replaces an observed copy by the state that a step left. Before the first step there is no balance: the one that a
+   !> state has may be that of another system.
    pure subroutine find_origin(self, state, restored)
       class(spaced_projection_t), intent(in) :: self
       type(state_t), intent(inout) :: state
-      !> The state was such a copy, and has become the one that the step left: its balance belongs to it.
+      !> True if the state was such a copy and was replaced: its balance belongs to it.
       logical, intent(out), optional :: restored
       logical :: was_projected
       was_projected = state%balance%projected .and. .not. self%fresh
@@ -115,19 +115,19 @@ contains
       if (.not. restored) call self%projection%follow(system, state)
    end subroutine begin_step
 
-   !> Counts a step, and projects the state if that is due. Errors, with state and count as they were: those of the
+   !> Counts a step, and projects the state if that is due. Errors, with state and count unchanged: those of the
    !> projection.
    pure subroutine end_step(self, system, state, due, work, status, error, given)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      !> It is due in any case.
+      !> True if the projection is due in any case.
       logical, intent(in) :: due
       !> Work of all torques in the step, J.
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      !> Estimated error of the step, and what works take for it, J: zero where they take nothing.
+      !> Estimated error of the step, and the share of the works, J: zero if they take none.
       type(step_error_t), intent(in), optional :: error
       real(wp), intent(inout), optional :: given
       real(wp) :: q(4), p(4)
@@ -149,8 +149,8 @@ contains
          state%balance%interval = self%usual
    end subroutine end_step
 
-   !> Makes a state a projected copy of itself, unless its step was projected. It stays as it is where the projection
-   !> does not reach it: the step that is to be projected fails.
+   !> Replaces a state by a projected copy, unless its step was projected. The state is unchanged if the projection
+   !> fails: the next step that is projected then fails.
    pure subroutine project_for_output(self, system, state)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -180,7 +180,7 @@ contains
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      !> As of `end_step`.
+      !> Arguments as for `end_step`.
       type(step_error_t), intent(in), optional :: error
       real(wp), intent(inout), optional :: given
       call self%projection%project(system, state, work, status, error, given)
