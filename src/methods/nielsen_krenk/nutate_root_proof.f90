@@ -40,7 +40,7 @@ module nutate_root_proof
       real(wp) :: from = 0.0_wp, to = 0.0_wp
       !> Neither effects nor rotors, and moments of a rigid body.
       logical, private :: is_free = .true.
-      !> Bounds depend on the state at the start of the stage: they do not hold for all steps of one length.
+      !> Bounds depend on the state at the start of the stage: they do not hold for all steps of the same length.
       logical, private :: by_state = .false.
       type(root_certificate_t), private :: certificate
       !> Forces in parts of a stage; not allocated if there are no effects.

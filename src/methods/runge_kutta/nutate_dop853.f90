@@ -19,7 +19,7 @@ module nutate_dop853
    !> One step of the method. `step` allocates nothing.
    type, extends(stepper_t) :: dop853_t
       type(rigid_rates_t), private :: rates
-      !> Made by the first `propagate_step`.
+      !> Tangent of the stages, made by the first `propagate_step`.
       type(stage_tangent_t), allocatable, private :: tangent
    contains
       procedure :: set_up
@@ -40,8 +40,8 @@ contains
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
    end subroutine set_up
 
-   !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
-   !> `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
+   !> Performs one step. Errors, with the state unchanged: `NUTATE_OFF_BRANCH` for a step so long that its stages
+   !> diverge, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
    subroutine advance(self, system, state, dt, window_time, status)
       class(dop853_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -61,7 +61,7 @@ contains
       if (self%rates%estimates) call get_error(self%rates, last, fifth, e5, self%step_error)
    end subroutine advance
 
-   !> k = Δt ẏ of all stages; shape (n_rates, 12); and the increment of the step.
+   !> Computes k = Δt ẏ of all stages, shape (n_rates, 12), and the increment of the step.
    subroutine get_stages(rates, system, y, k, change)
       type(rigid_rates_t), intent(inout) :: rates
       type(system_t), intent(in) :: system
@@ -86,7 +86,7 @@ contains
       end subroutine evaluate_stage
    end subroutine get_stages
 
-   !> The difference to the method of order 5; shape (n_rates).
+   !> Returns the difference from the method of order 5; shape (n_rates).
    pure function estimate_of_fifth(k) result(fifth)
       !> Shape (n_rates, 12).
       real(wp), intent(in) :: k(n_rates, n_stages)
@@ -95,18 +95,18 @@ contains
               + e5(11)*k(:, 11) + e5(12)*k(:, 12)
    end function estimate_of_fifth
 
-   !> |e5|²/√(|e5|² + |e3|²/100).
+   !> Returns the estimate |e5|²/√(|e5|² + |e3|²/100) of the error.
    pure real(wp) function estimate(k, change, fifth, y)
       !> Rates of the stages and the step's increment; shapes (n_rates, 12) and (n_rates).
       real(wp), intent(in) :: k(n_rates, n_stages), change(n_rates)
-      !> The difference to the method of order 5; shape (n_rates).
+      !> Difference from the method of order 5; shape (n_rates).
       real(wp), intent(in) :: fifth(n_rates)
       !> Start of the step; shape (n_rates).
       real(wp), intent(in) :: y(n_rates)
       real(wp) :: third(n_rates), last(3), scale, square5, square3
       third = change - (b3(1)*k(:, 1) + b3(2)*k(:, 9) + b3(3)*k(:, 12))
       last = y(5:7) + change(5:7)
-      ! A body that starts from rest is measured by what it gains.
+      ! The error of a body that starts from rest is relative to the momentum that it gains.
       scale = max(y(5)*y(5) + y(6)*y(6) + y(7)*y(7), last(1)*last(1) + last(2)*last(2) + last(3)*last(3))
       if (scale > tiny(1.0_wp)) scale = 1/scale
       square5 = weighted_square(fifth, scale)
@@ -115,7 +115,7 @@ contains
       if (square3 > 0.0_wp) estimate = square5/sqrt(square3)
    end function estimate
 
-   !> |2δq|² + |δL|²/|L|².
+   !> Returns |2δq|² + |δL|²/|L|².
    pure real(wp) function weighted_square(error, scale)
       real(wp), intent(in) :: error(n_rates)
       !> 1/|L|².
@@ -142,7 +142,7 @@ contains
       call self%tangent%propagate(self%rates, system, before, dt, window_time, tangent)
    end subroutine propagate_step
 
-   !> A step remembers nothing of the ones before.
+   !> Writes and reads nothing: a step does not depend on the ones before.
    subroutine transfer(self, archive)
       class(dop853_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,8 +1,8 @@
 !> The tangent of a step of `rk8` of a free body, whose attitude follows from the angle about the fixed momentum
 !> (`nutate_specialised_motion`): the exact derivative of that step.
 !>
-!> Sensitivities of the start change by three matrices, θ1 = Sᵀθ0 + F δL0 and δL1 = G δL0, so that three sensitivities
-!> are taken through the stages, and one for each parameter.
+!> Sensitivities to the initial state change by three matrices, θ1 = Sᵀθ0 + F δL0 and δL1 = G δL0, so that three
+!> sensitivities, and one for each parameter, are propagated through the stages.
 module nutate_free_tangent
    use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp
@@ -17,7 +17,7 @@ module nutate_free_tangent
 
    public :: free_tangent_t
 
-   !> The sensitivities inside of a step.
+   !> The sensitivities inside a step.
    type :: free_tangent_t
       private
       !> δL at the start, in a stage and its rates; shapes (n, 3), (n, 3, stages); 2a - the change of the angle about l.
@@ -35,11 +35,11 @@ module nutate_free_tangent
 
 contains
 
-   !> Moves sensitivities over a step; false, with these as they were, for a body at rest.
+   !> Moves sensitivities over a step. `propagated` is false, and they are unchanged, for a body at rest.
    subroutine propagate(self, system, before, dt, tangent, propagated)
       class(free_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> Start of the step, which succeeded; s.
+      !> State at the start of the step, which succeeded; length of the step, s.
       type(state_t), intent(in) :: before
       real(wp), intent(in) :: dt
       type(tangent_t), intent(inout) :: tangent
@@ -64,7 +64,7 @@ contains
       call finish_sensitivities(self, last, tangent)
    end subroutine propagate
 
-   !> Unit sensitivities of δL, and those of parameters, which change nothing at the start.
+   !> Sets unit sensitivities of δL, and those of parameters, which are zero at the start.
    pure subroutine start_sensitivities(self, n)
       type(free_tangent_t), intent(inout) :: self
       integer, intent(in) :: n
@@ -83,10 +83,10 @@ contains
       self%angle = 0.0_wp
    end subroutine start_sensitivities
 
-   !> L and δL in a stage, or at the end of the step.
+   !> Computes L and δL in a stage, or at the end of the step.
    pure subroutine take_argument(self, i, first, last)
       type(free_tangent_t), intent(inout) :: self
-      !> The stage; one more: the end.
+      !> Index of the stage; one more than their number: the end.
       integer, intent(in) :: i
       real(wp), intent(in) :: first(3)
       real(wp), intent(out) :: last(3)
@@ -104,7 +104,7 @@ contains
       end associate
    end subroutine take_argument
 
-   !> The rates of a stage, L̇ = L×Ω, and its part of the angle, ½(u₀ + u)·Ω/(1 + u₀·u).
+   !> Adds the rates of a stage, L̇ = L×Ω, and its part of the angle, ½(u₀ + u)·Ω/(1 + u₀·u).
    pure subroutine add_stage(self, i, first, last, system, tangent)
       type(free_tangent_t), intent(inout) :: self
       integer, intent(in) :: i
@@ -124,7 +124,7 @@ contains
       cosine = 1 + self%inverse*dot_product(self%axis, last)
       pace = dot_product(self%axis, sum)/cosine
       self%half = self%half + b(i)*pace
-      ! By δL of the stage and by δL0, which moves u₀ and |L0|.
+      ! Derivatives with respect to δL of the stage and to δL0, which changes u₀ and |L0|.
       row = (b(i)/cosine)*(0.5_wp*times_vector(self%to_angle, self%axis) - (pace*self%inverse)*self%axis)
       of_axis = (b(i)/cosine)*(sum - (pace*self%inverse)*last)
       of_axis = self%inverse*(of_axis - dot_product(of_axis, self%axis)*self%axis)
@@ -144,7 +144,7 @@ contains
       end do
    end subroutine add_stage
 
-   !> θ1 and δL1 of all sensitivities, by q1 = q0∘exp(½φu₀)∘(1 + u·u₀, u×u₀).
+   !> Computes θ1 and δL1 of all sensitivities from q1 = q0∘exp(½φu₀)∘(1 + u·u₀, u×u₀).
    pure subroutine finish_sensitivities(self, momentum, tangent)
       type(free_tangent_t), intent(in) :: self
       !> L1; shape (3).
@@ -180,7 +180,7 @@ contains
 
    contains
 
-      !> θ1 of a change of L1, u₀ and the half angle.
+      !> Returns θ1 of a change of L1, u₀ and the half angle.
       pure function turn_of(of_last, of_first, of_half) result(by)
          real(wp), intent(in) :: of_last(3), of_first(3), of_half
          real(wp) :: by(3)

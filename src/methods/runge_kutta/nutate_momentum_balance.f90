@@ -8,14 +8,14 @@ module nutate_momentum_balance
 
    public :: momentum_balance_t
 
-   !> Stages at most.
+   !> Largest number of stages.
    integer, parameter :: most_stages = 12
 
    !> The balance of one step.
    type :: momentum_balance_t
       !> l at the start of the step, and ∫ Rτ dt so far, N m s; shape (3).
       real(wp), private :: first(3) = 0.0_wp, impulse(3) = 0.0_wp
-      !> ΔtRτ of the stages so far that count, N m s, shape (3, most_stages), and how many stages there were.
+      !> ΔtRτ of the stages with a weight so far, N m s, shape (3, most_stages), and number of all stages so far.
       real(wp), private :: pushes(3, most_stages) = 0.0_wp
       integer, private :: stages = 0
    contains
@@ -23,7 +23,7 @@ module nutate_momentum_balance
       procedure :: start
       !> Adds a stage.
       procedure :: add
-      !> Tells what it has at the end of the step, and by how much it may have erred.
+      !> Computes the excess of the balance at the end of the step, and its possible error.
       procedure :: tell
    end type momentum_balance_t
 
@@ -39,7 +39,7 @@ contains
       self%stages = 0
    end subroutine start
 
-   !> Adds a stage, if it counts.
+   !> Adds a stage, if it has a weight.
    pure subroutine add(self, q, square, weight, dt, tau)
       class(momentum_balance_t), intent(inout) :: self
       !> Attitude, shape (4), and |q|²; weight of the stage; step, s; torque, body axes, N m, shape (3).
@@ -68,12 +68,12 @@ contains
       end associate
    end subroutine add
 
-   !> Tells what it has more than the momentum at the end of the step, and by how much it may have erred, in body axes.
+   !> Computes the excess of the balance over the momentum at the end of the step, and its possible error, in body axes.
    pure subroutine tell(self, q, momentum, weights, error)
       class(momentum_balance_t), intent(in) :: self
       !> Attitude at the end, |q| nearly 1, shape (4); L, body axes, N m s, shape (3).
       real(wp), intent(in) :: q(4), momentum(3)
-      !> Weights of the stages in the estimate; shape (stages). Zero where they are in the step itself.
+      !> Weights of the stages in the estimate; shape (stages). Zero if they are zero in the step itself.
       real(wp), intent(in) :: weights(:)
       type(step_error_t), intent(inout) :: error
       real(wp) :: square, off(3)

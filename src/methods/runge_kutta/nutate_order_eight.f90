@@ -1,14 +1,14 @@
 !> The explicit Runge-Kutta method of order 8 of Dormand and Prince: its coefficients, with estimates of orders 5 and 3.
 !>
 !> E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), code DOP853. A step
-!> takes 12 evaluations; the first of a step is not taken over from the one before, since neither the result nor the
+!> needs 12 evaluations; the first of a step is not reused from the one before, since neither the result nor the
 !> estimate needs an evaluation at the end. `order_eight_stages.inc` has the sums of the stages.
 module nutate_order_eight
    use nutate_kinds, only: wp
    implicit none
    private
 
-   ! The coefficients under the names of the literature; to be renamed where they are used.
+   ! The coefficients have the names of the literature; rename them in `use` statements.
    public :: a, b, c, b3, e5, n_stages
 
    !> Number of stages.

@@ -7,8 +7,8 @@
 !> A method integrates `y = [q, L, W]`, W = Σ Wᵢ from the start of the step, with `k = Δt ẏ`: with `Δt J⁻¹` in place of
 !> J⁻¹ no stage multiplies by the step.
 !>
-!> Wheels have rows of their own, ḣ = u - cω: a stage finds their momenta from the rates of the stages before, by the
-!> method's coefficients. The momenta of inner spheres, which have h×Ω too, are rows like those of wheels.
+!> Wheels have additional rows, ḣ = u - cω: a stage finds their momenta from the rates of the stages before, by the
+!> method's coefficients. The momenta of inner spheres, with the term h×Ω, are rows like those of wheels.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_gyration, only: add_gyration
@@ -28,20 +28,22 @@ module nutate_rigid_rates
    private
 
    public :: rigid_rates_t, prepare_rates, begin_step, read_state, get_rates, end_step, end_wheels, get_error, n_rates
-   ! Public procedures are compiled by themselves; a part of `add_forces` would slow down bodies without wheels.
+   ! This procedure is public so that it is not inlined: as a part of `add_forces` it would slow down bodies without
+   ! wheels.
    public :: turn_wheels
 
    !> Components of y.
    integer, parameter :: n_rates = 8
-   !> Largest component of the angle ΔtΩ in a stage, and of a frame's turn in a step, rad: what lies beyond does not
-   !> follow a motion, and overflows some stages later.
+   !> Largest component of the angle ΔtΩ in a stage, and of the rotation of a frame in a step, rad: larger ones do not
+   !> follow the motion, and overflow some stages later.
    real(wp), parameter :: largest_angle = 1e3_wp
 
    !> The wheels in a step.
    type, private :: wheel_stages_t
       !> Gain of each in the step, N m s, and work of motor and friction, J; shapes (most_inner), (2, most_inner).
       real(wp) :: gain(most_inner) = 0.0_wp, work(2, most_inner) = 0.0_wp
-      !> The motor acts in this step; when it may be asked, s; shapes (most_inner), (2, most_inner).
+      !> True if the motor acts in this step; times between which it may be evaluated, s; shapes (most_inner), (2,
+      !> most_inner).
       logical :: driven(most_inner) = .false.
       real(wp) :: window(2, most_inner) = 0.0_wp
       !> aᵢⱼ of the method as a(j, i); Δtḣ of the stages so far, shape (stages, most_inner); momentum at the start and
@@ -59,7 +61,7 @@ module nutate_rigid_rates
       real(wp) :: to_angle(3, 3) = 0.0_wp
       !> h of the rotors and, in the present stage, of the wheels, body axes, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
-      !> Number of wheels, and what they do; not allocated where there are none.
+      !> Number of wheels, and their stages; not allocated if there are none.
       integer :: n_wheels = 0
       type(wheel_stages_t), allocatable :: wheels
       !> Integrate the attitude; else its rates are zero. The attitude is left out, the space axes rotate or the inertia
@@ -70,7 +72,7 @@ module nutate_rigid_rates
       real(wp) :: frame_turn(3) = 0.0_wp
       !> There is an effect that exerts a force, or a wheel.
       logical :: forced = .false.
-      !> There is a potential that moves; the potentials, if none does.
+      !> True if a potential moves; the potentials, if none does.
       logical :: moves = .false.
       !> The inertia varies; energies depend on time, by that or by potentials; a time inside of the whole step, s.
       logical :: varies = .false., depends_on_time = .false.
@@ -79,7 +81,7 @@ module nutate_rigid_rates
       logical, private :: is_at_stage = .false.
       real(wp), private :: omega(3) = 0.0_wp
       type(stage_potentials_t), private :: potentials
-      !> The first `NUTATE_...` code that a stage came upon; 0: none.
+      !> First failure of a stage, as a `NUTATE_...` code; 0: none.
       integer :: failure = 0
       !> The torque acts in this step; shape (number of torques).
       logical, allocatable :: acts(:)
@@ -89,7 +91,7 @@ module nutate_rigid_rates
       logical, allocatable :: in_pieces(:)
       !> ∫ Ω·τᵢ dt over the step, and the work of the wheels, J; shape (n_works).
       real(wp), allocatable :: work(:)
-      !> The error of steps is wanted in the axes of the body.
+      !> True if the error of steps is required, in body axes.
       logical :: estimates = .false.
       !> Balance of l, for the error of steps; allocated if it is kept.
       type(momentum_balance_t), allocatable, private :: momentum_balance
@@ -103,7 +105,7 @@ contains
       type(system_t), intent(in) :: system
       !> Integrate the attitude.
       logical, intent(in) :: attitude
-      !> The states will be projected onto the invariants: where there are works, errors are estimated for that.
+      !> True if the states will be projected onto the invariants: if there are works, errors are estimated for that.
       logical, intent(in) :: conserve
       !> Coefficients aᵢⱼ of a Runge-Kutta method as a(j, i - 1), i from the second stage on.
       real(wp), intent(in), optional :: a(:, :)
@@ -137,8 +139,8 @@ contains
       end associate
    end subroutine prepare_rates
 
-   !> Starts a step. The momentum is the L of p = 2 q∘[0, L], whatever round-off |q| has gathered. A state that is not
-   !> a rotating body's is remembered as a failure.
+   !> Starts a step. The momentum is the L of p = 2 q∘[0, L], independently of the round-off of |q|. A state that is not
+   !> one of a rotating body is stored as a failure.
    pure subroutine begin_step(self, system, state, dt, window_time, y)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -179,7 +181,7 @@ contains
       self%frame_turn = 0.0_wp
    end subroutine begin_step
 
-   !> The wheels at the start of a step.
+   !> Sets the wheels at the start of a step.
    pure subroutine begin_wheels(self, system, state, window_time)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -201,7 +203,7 @@ contains
       end do
    end subroutine begin_wheels
 
-   !> Starts a step as `begin_step` does, for a method with rates of its own, and without torques.
+   !> Starts a step as `begin_step` does, for a method with its own rates, and without torques.
    pure subroutine read_state(self, state, dt, y)
       type(rigid_rates_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -225,7 +227,7 @@ contains
       end associate
    end subroutine read_state
 
-   !> Remembers whether a state is finite and on the constraint manifold.
+   !> Stores a failure if a state is not finite or off the constraint manifold.
    pure subroutine test_state(self, end_time, p, square, product)
       type(rigid_rates_t), intent(inout) :: self
       !> s
@@ -242,9 +244,9 @@ contains
       end if
    end subroutine test_state
 
-   !> k = Δt ẏ at a fraction of the step, written out (as products of arrays a step of a free body takes a tenth more
-   !> instructions), and the share of this stage in the work. A stage that fails is remembered; its
-   !> rates are zero, so that those after it stay finite.
+   !> Computes k = Δt ẏ at a fraction of the step, and the share of this stage in the work. It is written out, since
+   !> products of arrays would cost a free body a tenth more instructions. A failure of a stage is stored; its rates are
+   !> then zero, so that later ones are finite.
    pure recursive subroutine get_rates(self, system, fraction, y, weight, k)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -440,7 +442,7 @@ contains
       end associate
    end subroutine add_moving
 
-   !> Adds the torques that act, each asked within its window only, and their work.
+   !> Adds the torques that act, each evaluated only within its window, and their work.
    pure subroutine add_torques(self, system, fraction, y, norm, weight, tau, gain)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -467,8 +469,8 @@ contains
       end do
    end subroutine add_torques
 
-   !> Moves a state to the end of a step but for its wheels: q normalised, p = 2 q∘[0, L]. Errors, with the state as it
-   !> was: `NUTATE_OFF_BRANCH` where a stage ran away; `NUTATE_NOT_FINITE`; `NUTATE_BAD_ARGUMENT` for a state off the
+   !> Moves a state to the end of a step except for its wheels: q normalised, p = 2 q∘[0, L]. Errors, with the state
+   !> unchanged: `NUTATE_OFF_BRANCH` if a stage diverged; `NUTATE_NOT_FINITE`; `NUTATE_BAD_ARGUMENT` for a state off the
    !> constraint manifold.
    pure subroutine end_step(self, y, state, status)
       type(rigid_rates_t), intent(inout) :: self
@@ -495,7 +497,8 @@ contains
       state%t = self%t + self%dt
    end subroutine end_step
 
-   !> Moves the wheels of a state to the end of a step, after `end_step`, and shows their work with that of the torques.
+   !> Moves the wheels of a state to the end of a step, after `end_step`, and stores their work with that of the
+   !> torques.
    pure subroutine end_wheels(self, state)
       type(rigid_rates_t), intent(inout) :: self
       type(state_t), intent(inout) :: state
@@ -533,7 +536,7 @@ contains
       end do
    end subroutine get_error
 
-   !> Says why a step failed.
+   !> Sets the status of a failed step.
    pure subroutine explain(failure, status)
       integer, intent(in) :: failure
       type(status_t), intent(inout) :: status

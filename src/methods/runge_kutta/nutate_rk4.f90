@@ -25,7 +25,7 @@ module nutate_rk4
    type, extends(stepper_t) :: rk4_t
       private
       type(rigid_rates_t) :: rates
-      !> Made by the first `propagate_step`.
+      !> Tangent of the stages, made by the first `propagate_step`.
       type(stage_tangent_t), allocatable :: tangent
    contains
       procedure :: set_up
@@ -46,8 +46,8 @@ contains
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
    end subroutine set_up
 
-   !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
-   !> `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
+   !> Performs one step. Errors, with the state unchanged: `NUTATE_OFF_BRANCH` for a step so long that its stages
+   !> diverge, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
    subroutine advance(self, system, state, dt, window_time, status)
       class(rk4_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -65,7 +65,7 @@ contains
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       self%work(:) = self%rates%work
-      ! The difference to the mean of both midpoints, which is of order 2.
+      ! The estimate is the difference from the mean of both midpoints, which is of order 2.
       if (self%rates%estimates) &
          call get_error(self%rates, y, outer*(k1 - k2 - k3 + k4), outer*[1, -1, -1, 1], self%step_error)
    end subroutine advance
@@ -85,7 +85,7 @@ contains
       call self%tangent%propagate(self%rates, system, before, dt, window_time, tangent)
    end subroutine propagate_step
 
-   !> A step remembers nothing of the ones before.
+   !> Writes and reads nothing: a step does not depend on the ones before.
    subroutine transfer(self, archive)
       class(rk4_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

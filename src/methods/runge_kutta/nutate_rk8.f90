@@ -1,7 +1,7 @@
 !> The explicit Runge-Kutta method of order 8 of Dormand and Prince at fixed steps: the stages and weights of DOP853,
 !> without its estimates.
 !>
-!> Free bodies and bodies in uniform fields are integrated in variables of their own (`nutate_specialised_motion`), all
+!> Free bodies and bodies in uniform fields are integrated in special variables (`nutate_specialised_motion`), all
 !> others by the evaluation that DOP853 uses. `prepare` decides once between the two.
 module nutate_rk8
    use nutate_archive, only: archive_t
@@ -28,7 +28,7 @@ module nutate_rk8
       private
       type(rigid_rates_t) :: rates
       type(specialised_motion_t) :: specialised
-      !> Made by the first `propagate_step` that needs it.
+      !> Tangent of the stages, made by the first `propagate_step` that needs it.
       type(stage_tangent_t), allocatable :: tangent
       type(free_tangent_t), allocatable :: free
    contains
@@ -51,8 +51,8 @@ contains
       call self%specialised%prepare(system, settings%attitude)
    end subroutine set_up
 
-   !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
-   !> `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
+   !> Performs one step. Errors, with the state unchanged: `NUTATE_OFF_BRANCH` for a step so long that its stages
+   !> diverge, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
    subroutine advance(self, system, state, dt, window_time, status)
       class(rk8_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -77,12 +77,12 @@ contains
       self%work(:) = self%rates%work
    end subroutine advance
 
-   !> A step by the general equations.
+   !> Performs a step by the general equations.
    subroutine evaluate_stages(rates, system, y, error)
       type(rigid_rates_t), intent(inout) :: rates
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: y(n_rates)
-      !> Estimated, where there are works.
+      !> Error of the step, estimated if there are works.
       type(step_error_t), intent(inout) :: error
       real(wp) :: k(n_rates, n_stages), change(n_rates)
       call get_stages(rates, system, y, k, change)
@@ -122,7 +122,7 @@ contains
       end if
    end subroutine propagate_step
 
-   !> A step remembers nothing of the ones before.
+   !> Writes and reads nothing: a step does not depend on the ones before.
    subroutine transfer(self, archive)
       class(rk8_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,7 +1,7 @@
-!> Steps of the Runge-Kutta method of order 8 for free bodies and for bodies in uniform fields, in the variables that
-!> make them short.
+!> Steps of the Runge-Kutta method of order 8 for free bodies and for bodies in uniform fields, in variables with short
+!> equations.
 !>
-!> With `s = t/Δt` and `w = ½ΔtΩ` the equations have no factors but constants that are multiplied by the step
+!> With `s = t/Δt` and `w = ½ΔtΩ` the only factors in the equations are constants, which are multiplied by the step
 !> beforehand:
 !>
 !>     q' = q∘w,   wᵢ' = κᵢ wⱼwₖ + ½Δt²(m×γ)ᵢ/Jᵢ,   κ₁ = 2(J₂ - J₃)/J₁, ...
@@ -36,27 +36,27 @@ module nutate_specialised_motion
 
    public :: specialised_motion_t
 
-   !> Largest product of w and the constants of the equations: a step as long follows no motion, and from 14 on stages
-   !> could overflow, since each may square the one before.
+   !> Largest product of w and the constants of the equations: a longer step does not follow the motion, and from 14 on
+   !> stages could overflow, since each may square the one before.
    real(wp), parameter :: longest = 10.0_wp
-   !> Largest rate that is told from others, 1/s or 1/s².
+   !> Largest rate that is used, 1/s or 1/s²; larger ones are replaced by it.
    real(wp), parameter :: fastest = 1e150_wp
-   !> Steps whose ½Δt/J is outside of these are left to the general equations: its reciprocal is a number in between.
+   !> Limits of ½Δt/J, with a representable reciprocal; other steps use the general equations.
    real(wp), parameter :: least_half = 1e-150_wp, greatest_half = 1e150_wp
 
-   !> Pairs of sensitivities that are taken through the stages together.
+   !> Largest number of pairs of sensitivities that are propagated through the stages together.
    integer, parameter :: most_pairs = 6
 
    !> Data of a system that do not change from step to step.
    type :: specialised_motion_t
       private
-      !> The system is one of those above.
+      !> True if the system is one of those above.
       logical, public :: possible = .false.
-      !> There is no force; all directions are parallel; the body is a symmetric top; space axes are others.
+      !> True if there is no force; all directions are parallel; the body is a symmetric top; the space axes of the
+      !> equations are others.
       logical, public :: free = .true.
       logical :: single = .true., symmetric = .false., rotated = .false.
-      !> The space axes turn: their rate in the space axes of the equations, rad/s; shape
-      !> (3).
+      !> True if the space axes rotate; their rate in the space axes of the equations, rad/s; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
       !> The first body axis of the equations, 1 to 3; the others follow cyclically, and space axes with them.
@@ -65,7 +65,7 @@ module nutate_specialised_motion
       real(wp) :: moments(3) = 1.0_wp
       !> Space axes of the equations ← space axes; unit quaternion.
       real(wp) :: space(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      !> κ of the rates; shape (3); their constants in uniform fields, not allocated where there is no force.
+      !> κ of the rates, shape (3); their constants in uniform fields, not allocated if there is no force.
       real(wp) :: kappa(3) = 0.0_wp
       type(specialised_rates_t), allocatable :: rates
       !> Δt, s; ½Δt/J and its reciprocal; J₃'/J₃ - 1 for the spin, or 0.
@@ -75,26 +75,26 @@ module nutate_specialised_motion
    contains
       !> Classifies a system.
       procedure :: prepare
-      !> Sets the length of a step; false for one that is none.
+      !> Sets the length of a step, and determines whether the equations can be used with it.
       procedure :: fits
-      !> One step.
+      !> Performs one step.
       procedure :: move
       !> Moves sensitivities over a step.
       procedure :: propagate
       !> Returns about the largest rate of a motion in these variables.
       procedure :: pace
-      !> The axis of a symmetric top that turns in the frame of its steps.
+      !> Returns the axis of a symmetric top that rotates in the frame of its steps.
       procedure :: spin_axis
    end type specialised_motion_t
 
 contains
 
-   !> Looks what a system is: possible with diagonal inertia, without torques and rotors, and with potentials that are
+   !> Classifies a system: the equations need a diagonal inertia, no torques and rotors, and only potentials that are
    !> linear in directions.
    pure subroutine prepare(self, system, attitude)
       class(specialised_motion_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> The attitude is integrated, without which there are no such steps.
+      !> True if the attitude is integrated, as these steps require.
       logical, intent(in) :: attitude
       real(wp) :: axis(3)
       integer :: components
@@ -131,7 +131,7 @@ contains
       if (allocated(self%rates)) self%rates%kappa = self%kappa
    end subroutine prepare
 
-   !> True if all potentials are linear in a direction that stands still.
+   !> Returns true if all potentials are linear in a fixed direction.
    pure logical function are_linear(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -143,12 +143,12 @@ contains
       end do
    end function are_linear
 
-   !> The body axis that is to be the first: with two equal moments the one after the axis of symmetry, if all m lie on
-   !> that.
+   !> Returns the body axis that becomes the first: with two equal moments the one after the axis of symmetry, if all m
+   !> lie on the latter.
    pure integer function first_axis(effects, moments) result(first)
       !> Linear potentials.
       type(effect_list_t), intent(in) :: effects
-      !> kg m²; shape (3).
+      !> Principal moments, kg m²; shape (3).
       real(wp), intent(in) :: moments(3)
       real(wp) :: off(3)
       integer :: axis, i
@@ -163,10 +163,10 @@ contains
       end do
    end function first_axis
 
-   !> The components from the one behind the first k on, cyclically: `cshift`, without a call of the library.
+   !> Returns the components in cyclic order after the first k: `cshift`, without a call of the library.
    pure function from_axis(v, k) result(shifted)
       real(wp), intent(in) :: v(3)
-      !> 0 to 3.
+      !> Number of components to skip, 0 to 3.
       integer, intent(in) :: k
       real(wp) :: shifted(3)
       shifted(1) = v(1 + mod(k, 3))
@@ -174,14 +174,14 @@ contains
       shifted(3) = v(1 + mod(k + 2, 3))
    end function from_axis
 
-   !> True for the same number.
+   !> Returns true for equal numbers.
    elemental logical function equal(x, y)
       real(wp), intent(in) :: x, y
       equal = .not. abs(x - y) > 0.0_wp
    end function equal
 
-   !> The shortest rotation that takes a unit vector to the third axis, or to its opposite where that is nearer: the
-   !> sign is left to the torque.
+   !> Returns the shortest rotation from a unit vector to the third axis, or to its opposite if that is nearer: the
+   !> torque then gets the sign.
    pure function to_third(n) result(q)
       real(wp), intent(in) :: n(3)
       real(wp) :: q(4)
@@ -193,7 +193,7 @@ contains
    pure subroutine add_torques(self, effects, axis)
       type(specialised_motion_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> Unit vector along all directions, where there is one; shape (3).
+      !> Unit vector along all directions, if they are parallel; shape (3).
       real(wp), intent(in) :: axis(3)
       real(wp) :: m(3), n(3), along(3)
       integer :: i, k
@@ -238,25 +238,25 @@ contains
       pace = sqrt(dot_product(rate, rate) + 8*maxval(pull))*sqrt(max(1.0_wp, maxval(abs(self%kappa))))
    end function pace
 
-   !> |x|/y, or a number as large as can be squared.
+   !> Returns |x|/y, or the largest number that can be squared.
    elemental real(wp) function bounded_ratio(x, y) result(ratio)
-      !> `y` is positive.
+      !> Numerator and denominator; `y` is positive.
       real(wp), intent(in) :: x, y
       ratio = fastest
       if (abs(x) < fastest*min(1.0_wp, y)) ratio = abs(x)/y
    end function bounded_ratio
 
-   !> The axis of a symmetric top that turns in the frame of its steps, 1 to 3; 0 without that.
+   !> Returns the axis of a symmetric top that rotates in the frame of its steps, 1 to 3; 0 for other bodies.
    pure integer function spin_axis(self) result(axis)
       class(specialised_motion_t), intent(in) :: self
       axis = 0
       if (self%symmetric) axis = mod(self%first + 1, 3) + 1
    end function spin_axis
 
-   !> Sets the length of a step. False for one that is so short, or long, that the general equations have to take it.
+   !> Sets the length of a step. `yes` is false for one so short, or long, that the general equations are required.
    pure subroutine fits(self, dt, yes)
       class(specialised_motion_t), intent(inout) :: self
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       logical, intent(out) :: yes
       integer :: j, k
@@ -285,8 +285,8 @@ contains
       self%dt = dt
    end subroutine fits
 
-   !> One step. False, with the state as it was, for one that is too long to be followed, and for states that are not
-   !> finite or off the constraint manifold.
+   !> Performs one step. `moved` is false, and the state unchanged, if the step is too long to follow the motion, or the
+   !> state is not finite or off the constraint manifold.
    pure subroutine move(self, state, moved)
       class(specialised_motion_t), intent(in) :: self
       type(state_t), intent(inout) :: state
@@ -315,14 +315,14 @@ contains
       state%t = state%t + self%dt
    end subroutine move
 
-   !> [q, L, 0] of a state.
+   !> Computes [q, L, 0] of a state.
    pure subroutine read_motion(state, square, y)
       type(state_t), intent(in) :: state
       !> |q|², nearly 1.
       real(wp), intent(in) :: square
       real(wp), intent(out) :: y(8)
       real(wp) :: half
-      ! 0.5/square, so near to 1.
+      ! This is 0.5/square, to first order near 1.
       half = 1 - 0.5_wp*square
       associate (q => state%q, p => state%p)
          y(5) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
@@ -333,8 +333,8 @@ contains
       end associate
    end subroutine read_motion
 
-   !> 1/√x, from the first terms of its series where x is so near to 1 that the next is below ε: in steps that wait for
-   !> each other root and division take as long as a stage.
+   !> Returns 1/√x, from the first terms of its series if x is so near to 1 that the next is below ε: a root and a
+   !> division would take as long as a stage, since each step needs the result of the one before.
    pure real(wp) function inverse_root(x)
       real(wp), intent(in) :: x
       real(wp) :: e
@@ -346,7 +346,7 @@ contains
       end if
    end function inverse_root
 
-   !> A step of a free body.
+   !> Performs a step of a free body.
    pure subroutine move_free(self, y, followed)
       type(specialised_motion_t), intent(in) :: self
       !> [q, L, 0], |q| nearly 1 before and not normalised afterwards; shape (8).
@@ -377,7 +377,7 @@ contains
       y(1:4) = quat_product(quat_product(y(1:4), turn), swing)
    end subroutine move_free
 
-   !> A step of a body in uniform fields.
+   !> Performs a step of a body in uniform fields.
    pure subroutine move_heavy(self, y, followed)
       type(specialised_motion_t), intent(in) :: self
       !> [q, L, 0], |q| nearly 1 before and not normalised afterwards; shape (8).
@@ -407,7 +407,7 @@ contains
       if (self%first /= 1) call permute(5 - self%first, y)
    end subroutine move_heavy
 
-   !> From [q, L, 0] to [q, w, 0] of the axes of the equations.
+   !> Converts [q, L, 0] to [q, w, 0] in the axes of the equations.
    pure subroutine to_equations(self, y)
       type(specialised_motion_t), intent(in) :: self
       real(wp), intent(inout) :: y(8)
@@ -424,7 +424,7 @@ contains
    pure subroutine propagate(self, before, tangent, propagated)
       !> Motion set to the length of the step.
       class(specialised_motion_t), intent(inout) :: self
-      !> The start of the step, which succeeded.
+      !> State at the start of the step, which succeeded.
       type(state_t), intent(in) :: before
       type(tangent_t), intent(inout) :: tangent
       logical, intent(out) :: propagated
@@ -454,16 +454,16 @@ contains
       end do
    end subroutine propagate
 
-   !> a sensitivity in the variables of the equations, δq = ½q∘θ.
+   !> Converts a sensitivity to the variables of the equations, δq = ½q∘θ.
    pure subroutine start_sensitivity(self, theta, momentum, q, sensitivity)
       type(specialised_motion_t), intent(in) :: self
       !> θ and δL; shape (3).
       real(wp), intent(in) :: theta(:), momentum(:)
-      !> In the axes of the equations.
+      !> Attitude in the axes of the equations; shape (4).
       real(wp), intent(in) :: q(4)
-      !> Shape (7).
+      !> [δq, δw]; shape (7).
       real(wp), intent(inout) :: sensitivity(:)
-      ! Copied first: a row of a matrix as an array of given shape would be packed on the heap.
+      ! θ and δL are copied first: a row of a matrix as an array of explicit shape would be packed on the heap.
       real(wp) :: turn(3), along(3)
       turn = theta
       along = momentum
@@ -471,14 +471,14 @@ contains
       sensitivity(5:7) = self%half*from_axis(along, self%first - 1)
    end subroutine start_sensitivity
 
-   !> θ = 2 vec(q*∘δq)/|q|² and δL at the end of a step, in the axes of the body.
+   !> Computes θ = 2 vec(q*∘δq)/|q|² and δL at the end of a step, in body axes.
    pure subroutine finish_sensitivity(self, y, sensitivity, spin, theta, momentum)
       type(specialised_motion_t), intent(in) :: self
       !> [q, w, 0], and a sensitivity; shapes (8), (7).
       real(wp), intent(in) :: y(8), sensitivity(:)
-      !> How a symmetric top has rotated in the frame of the step; unit quaternion.
+      !> Rotation of a symmetric top in the frame of the step; unit quaternion.
       real(wp), intent(in) :: spin(4)
-      !> Shape (3).
+      !> θ, rad, and δL, N m s; shape (3).
       real(wp), intent(inout) :: theta(:), momentum(:)
       real(wp) :: change(4), turn(3), along(3), across(3)
       change = sensitivity(1:4)
@@ -494,9 +494,10 @@ contains
       momentum = from_axis(along, 4 - self%first)
    end subroutine finish_sensitivity
 
-   !> Axes in cyclic order from a first one on, of body and space alike: attitude and momentum only change places.
+   !> Permutes the axes of body and space cyclically, so that a given one becomes the first: components of attitude and
+   !> momentum only change places.
    pure subroutine permute(first, x)
-      !> 2 or 3.
+      !> Axis that becomes the first, 2 or 3.
       integer, intent(in) :: first
       real(wp), intent(inout) :: x(8)
       if (first == 2) then
@@ -508,7 +509,7 @@ contains
       end if
    end subroutine permute
 
-   !> From the axes of the equations to those of a symmetric top, which has rotated in them about axis 3.
+   !> Converts from the axes of the equations to those of a symmetric top, which has rotated in them about axis 3.
    pure subroutine turn_body(self, x)
       type(specialised_motion_t), intent(in) :: self
       !> [q, L, 0]; shape (8).

@@ -1,5 +1,5 @@
-!> The stages of the Runge-Kutta method of order 8 in the variables of `nutate_specialised_motion`, whose rates have
-!> the step in their constants.
+!> The stages of the Runge-Kutta method of order 8 in the variables of `nutate_specialised_motion`; the constants of the
+!> rates contain the step.
 !>
 !> A stage waits for the one before. The newest rates therefore go into the next stage directly, as numbers in
 !> registers; the sum over the older ones, which are known early, is computed beforehand, from columns of even length
@@ -15,7 +15,7 @@ module nutate_specialised_stages
       evaluate_field_stage, &
       evaluate_rotating_stage, evaluate_rotating_field_stage
 
-   !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
+   !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a revolution, where it has no axis.
    real(wp), parameter :: least_cosine = 0.1_wp
 
    !> J₃'/J₁ of the equations of a symmetric top.
@@ -29,14 +29,14 @@ module nutate_specialised_stages
       real(wp) :: torque(3, 3, 3) = 0.0_wp
       !> ½Δt² torque/J, for off-diagonal R(k, j) without their factor 2; shape (3,3,3).
       real(wp) :: pull(3, 3, 3) = 0.0_wp
-      !> φ = ½Δt ω of space axes that turn, in these axes, rad; shape (3).
+      !> φ = ½Δt ω of rotating space axes, in these axes, rad; shape (3).
       real(wp) :: frame_turn(3) = 0.0_wp
-      !> Pairs of sensitivities that go with the motion.
+      !> Number of pairs of sensitivities that are propagated with the motion.
       integer :: pairs = 0
    end type specialised_rates_t
 
    abstract interface
-      !> The rates of a stage, and with them the argument of the next one: `sum + factor*rate`.
+      !> Computes the rates of a stage, and with them the argument of the next one: `sum + factor*rate`.
       pure subroutine stage_evaluator(self, y, sum, factor, rate, next)
          import :: specialised_rates_t, wp
          type(specialised_rates_t), intent(in) :: self
@@ -48,21 +48,21 @@ module nutate_specialised_stages
       end subroutine stage_evaluator
    end interface
 
-   !> The stages of free bodies and of sensitivities, under the name that the text of the stages calls.
+   !> Evaluates a stage of a free body, or of sensitivities, under the name in the included text of the stages.
    interface evaluate_stage
       module procedure evaluate_free_stage, evaluate_sensitivity_stage
    end interface evaluate_stage
 
 contains
 
-   !> Increments of w and of φ/2 in a step of a free body.
+   !> Computes the increments of w and of φ/2 in a step of a free body.
    pure subroutine free_stages(rates, start, axis, along, change, turn, followed)
-      !> κ, all that the rates consist of; shape (3).
+      !> κ, the only constants of the rates; shape (3).
       real(wp), intent(in) :: rates(3)
-      !> w at the start, u₀, and what makes u₀·u from w; shape (3).
+      !> w at the start, u₀, and the vector whose product with w is u₀·u; shape (3).
       real(wp), intent(in) :: start(3), axis(3), along(3)
       real(wp), intent(out) :: change(4), turn
-      !> False where u comes near to -u₀.
+      !> False if u comes near to -u₀.
       logical, intent(out) :: followed
       real(wp) :: y(4), sum(4), k(4, n_stages), x(4, n_stages + 1), rate(5:n_stages), cosine(5:n_stages), constant
       integer :: i
@@ -72,7 +72,7 @@ contains
       include 'order_eight_stages.inc'
       change = x(:, n_stages + 1)
       constant = start(1)*axis(1) + start(2)*axis(2) + start(3)*axis(3)
-      ! Stages 2 to 5 have no weight: the first takes the place of the fifth, so that divisions go in pairs.
+      ! Stages 2 to 5 have no weight: the first is stored as the fifth, so that divisions are in pairs.
       x(:, 5) = x(:, 1)
       do i = 5, n_stages
          rate(i) = constant + (axis(1)*x(1, i) + axis(2)*x(2, i) + axis(3)*x(3, i))
@@ -86,11 +86,11 @@ contains
              + b(11)*rate(11) + b(12)*rate(12)
    end subroutine free_stages
 
-   !> The rates of a stage, wᵢ' = κᵢ wⱼwₖ, and with them the next one: `sum + factor*rate`.
+   !> Computes the rates of a stage, wᵢ' = κᵢ wⱼwₖ, and with them the argument of the next one: `sum + factor*rate`.
    pure subroutine evaluate_free_stage(kappa, w, sum, factor, rate, next)
-      !> Shape (3).
+      !> κ; shape (3).
       real(wp), intent(in) :: kappa(3)
-      !> Padded by a zero; shape (4).
+      !> w of the stage and sum of the next one, padded by a zero; shape (4); factor of the rate.
       real(wp), intent(in) :: w(4), sum(4), factor
       real(wp), intent(out) :: rate(4), next(4)
       real(wp) :: r1, r2, r3
@@ -107,7 +107,7 @@ contains
       rate(4) = 0.0_wp
    end subroutine evaluate_free_stage
 
-   !> Increments of q and w in a step of a body in uniform fields.
+   !> Computes the increments of q and w in a step of a body in uniform fields.
    pure subroutine heavy_stages(evaluate_stage, rates, y, change)
       procedure(stage_evaluator) :: evaluate_stage
       type(specialised_rates_t), intent(in) :: rates
@@ -122,8 +122,8 @@ contains
       change(8) = 0.0_wp
    end subroutine heavy_stages
 
-   !> The rates of a stage, and with them the next one: `sum + factor*rate`. γ is the third row of R(q), homogeneous in
-   !> q: nothing is normalised.
+   !> Computes the rates of a stage, and with them the argument of the next one: `sum + factor*rate`. γ is the third row
+   !> of R(q), homogeneous in q: nothing is normalised.
    pure subroutine evaluate_upright_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
@@ -164,11 +164,11 @@ contains
    !> Moves q and w and sensitivities over a step under one direction.
    pure subroutine sensitivity_stages(rates, n, y, k, x)
       type(specialised_rates_t), intent(in) :: rates
-      !> Numbers of y.
+      !> Length of y.
       integer, intent(in) :: n
       !> [q, w, 0], and [δq, δw] of pairs of sensitivities, both numbers of a pair side by side; shape (8 + 14*pairs).
       real(wp), intent(inout) :: y(n)
-      !> Room for the stages: an automatic array would come from the heap.
+      !> Work space of the stages: an automatic array would be on the heap.
       real(wp), intent(inout) :: k(n, n_stages), x(n, n_stages + 2)
       associate (sum => x(:, n_stages + 2))
          x(:, 1) = y
@@ -191,7 +191,7 @@ contains
       end do
    end subroutine evaluate_sensitivity_stage
 
-   !> The derivatives of the rates of `evaluate_upright_stage` times two sensitivities.
+   !> Computes the derivatives of the rates of `evaluate_upright_stage` times two sensitivities.
    pure subroutine evaluate_pair(self, y, sensitivities, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
@@ -254,7 +254,7 @@ contains
       next(7) = sum(7) + factor*r7
    end subroutine evaluate_rotating_stage
 
-   !> Evaluates a stage as `evaluate_upright_stage` does, under fields of several directions: all rows of R(q) count.
+   !> Evaluates a stage as `evaluate_upright_stage` does, in fields of several directions, with all rows of R(q).
    pure subroutine evaluate_field_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).

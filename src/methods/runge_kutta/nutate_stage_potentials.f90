@@ -1,7 +1,7 @@
-!> The torque of all potentials that stand still, at a stage of a Runge-Kutta method.
+!> The torque of all potentials with fixed directions, at a stage of a Runge-Kutta method.
 !>
-!> Potentials linear in their direction n, U = -m·γ, γ = Rᵀn, exert m×γ: whatever their number, the sum is that of one
-!> matrix, Σ n mᵀ. Only the others are evaluated one by one. `prepare` sorts the potentials.
+!> Potentials linear in their direction n, U = -m·γ, γ = Rᵀn, exert m×γ: the sum over any number of them follows from
+!> one matrix, Σ n mᵀ. Only the others are evaluated one by one. `prepare` sorts the potentials.
 module nutate_stage_potentials
    use nutate_effect_list, only: effect_list_t
    use nutate_indices, only: find_indices
@@ -88,7 +88,7 @@ contains
       end do
    end subroutine add_torque
 
-   !> Component i of Rᵀv.
+   !> Returns component i of Rᵀv.
    pure real(wp) function along(rows, i, v)
       real(wp), intent(in) :: rows(3, 3), v(3)
       integer, intent(in) :: i

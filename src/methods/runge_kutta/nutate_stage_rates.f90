@@ -17,7 +17,7 @@ module nutate_stage_rates
 
    public :: stage_rates_t, most_numbers
 
-   !> Components of y at most.
+   !> Largest number of components of y.
    integer, parameter :: most_numbers = 8 + most_inner
 
    !> One stage.
@@ -34,7 +34,8 @@ module nutate_stage_rates
       !> ∂k/∂a, its part by the relative rate, and Θ; shape (n, 3). Torque, N m; shape (3).
       real(wp), private :: by_angle(most_numbers, 3) = 0.0_wp, by_relative(most_numbers, 3) = 0.0_wp
       real(wp), private :: by_turn(most_numbers, 3) = 0.0_wp, torque(3) = 0.0_wp
-      !> Δt times the power of torques and wheels, J; u and ω of each wheel, N m and rad/s, and when u was asked, s.
+      !> Δt times the power of torques and wheels, J; u and ω of each wheel, N m and rad/s, and time at which u was
+      !> evaluated, s.
       real(wp), private :: drive(most_inner) = 0.0_wp, speed(most_inner) = 0.0_wp, asked(most_inner) = 0.0_wp
    contains
       !> Evaluates a stage.
@@ -50,7 +51,7 @@ contains
    !> Evaluates a stage.
    subroutine evaluate(self, rates, system, fraction, y)
       class(stage_rates_t), intent(inout) :: self
-      !> Begun with the step.
+      !> Rates begun with the step.
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
       !> Time from the start of the step over Δt; y; shape (n).
@@ -117,7 +118,8 @@ contains
       end do
    end subroutine fill_inner
 
-   !> k of attitude and momentum without forces, and its derivatives by the angle; all others to zero.
+   !> Sets k of attitude and momentum without forces, and its derivatives with respect to the angle; all others are set
+   !> to zero.
    pure subroutine set_kinematics(self, rates, angle, y)
       type(stage_rates_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates
@@ -256,7 +258,7 @@ contains
       end associate
    end subroutine add_wheel
 
-   !> ∂k/∂y without what wheels change of Ω.
+   !> Fills ∂k/∂y without the contribution of wheels to Ω.
    pure subroutine fill_jacobian(self, rates, angle, y)
       type(stage_rates_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates

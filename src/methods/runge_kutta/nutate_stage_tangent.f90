@@ -1,5 +1,5 @@
-!> The tangent of a step of an explicit Runge-Kutta method, whatever its coefficients: the variational equations with
-!> the same stages, which is the exact derivative of the step.
+!> The tangent of a step of any explicit Runge-Kutta method: the variational equations with the same stages, which is
+!> the exact derivative of the step.
 !>
 !> Inside the step the attitude has the four numbers δq, since stages are not normalised: δq = ½q∘θ at the start,
 !> θ = 2 vec(q*∘δq)/|q|² at the end. The rates of a stage and their derivatives by all of y (`nutate_stage_rates`) are
@@ -18,12 +18,12 @@ module nutate_stage_tangent
 
    public :: stage_tangent_t, stage_weights_t, add_weighted
 
-   !> Stages of a method at most.
+   !> Largest number of stages.
    integer, parameter :: most_stages = 12
 
    !> The weights of a method that are not zero.
    type :: stage_weights_t
-      !> In each stage from the second on, and last in the step: how many, of which stages before, and the weights;
+      !> In each stage from the second on, and last in the step: number of weights, their stages, and the weights;
       !> shapes (2:stages+1), (most_stages, 2:stages+1).
       integer :: counts(2:most_stages + 1) = 0, which(most_stages, 2:most_stages + 1) = 0
       real(wp) :: w(most_stages, 2:most_stages + 1) = 0.0_wp
@@ -32,16 +32,16 @@ module nutate_stage_tangent
       procedure :: list
    end type stage_weights_t
 
-   !> The coefficients of a method, and the sensitivities inside of a step.
+   !> The coefficients of a method, and the sensitivities inside a step.
    type :: stage_tangent_t
       private
       type(stage_weights_t) :: weights
       !> Times of the stages over Δt; shape (stages).
       real(wp), allocatable :: times(:)
       type(stage_rates_t) :: stage
-      !> Weights of the errors of the two estimates, as of dop853; allocated where there are any; shape (stages, 2).
+      !> Weights of the errors of the two estimates, as for dop853; allocated if there are any; shape (stages, 2).
       real(wp), allocatable :: estimates(:, :)
-      !> The axis about which the body turns in the axes of the step, 0: none; Δt(1/J₃ - 1/J₃'), kg⁻¹ m⁻² s
+      !> Axis about which the body rotates in the axes of the step, 0: none; Δt(1/J₃ - 1/J₃'), kg⁻¹ m⁻² s
       !> (`nutate_specialised_motion`). y(8) is its angle then.
       integer :: axis = 0
       real(wp) :: slip = 0.0_wp
@@ -78,17 +78,17 @@ contains
    !> Moves sensitivities over a step in y = [q, L, W, h].
    subroutine propagate(self, rates, system, before, dt, window_time, tangent, homogeneous, axis)
       class(stage_tangent_t), intent(inout) :: self
-      !> Prepared.
+      !> Rates that are prepared.
       type(rigid_rates_t), intent(inout) :: rates
       type(system_t), intent(in) :: system
-      !> Start of the step, which succeeded.
+      !> State at the start of the step, which succeeded.
       type(state_t), intent(in) :: before
-      !> As they were given to the step, s.
+      !> Length of the step and time that decides which torques act, as for the step, s.
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
-      !> Torques are those at |q| = 1 times |q|²; default false.
+      !> True if torques are those at |q| = 1 times |q|²; default false.
       logical, intent(in), optional :: homogeneous
-      !> The axis of a symmetric top whose step is taken with another J₃, 1 to 3; default 0, none.
+      !> Axis of a symmetric top whose step uses another J₃, 1 to 3; default 0, none.
       integer, intent(in), optional :: axis
       real(wp) :: y(n_rates), x(most_numbers)
       integer :: i, j, m
@@ -134,8 +134,8 @@ contains
       end do
    end subroutine propagate
 
-   !> Estimates the error of the sensitivities at the end of a step as that of the motion is: |e|²/√(|e|² + |e'|²), each
-   !> relative to the size of its sensitivity. Zero where the method has no estimates.
+   !> Estimates the error of the sensitivities at the end of a step as for the motion: |e|²/√(|e|² + |e'|²), each
+   !> relative to the size of its sensitivity. It is zero if the method has no estimates.
    pure subroutine estimate_error(self, momentum, tangent)
       type(stage_tangent_t), intent(in) :: self
       !> L at the end; shape (3).
@@ -161,7 +161,7 @@ contains
       end do
    end subroutine estimate_error
 
-   !> Starts a step in the axes in which the body turns about its own.
+   !> Starts a step in the axes in which the body rotates about its axis of symmetry.
    pure subroutine begin_spin(self, rates)
       type(stage_tangent_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates
@@ -177,10 +177,10 @@ contains
       self%stage%n = 8
    end subroutine begin_spin
 
-   !> The rotation of the body in that frame until a part of the step, as a quaternion; shape (4).
+   !> Returns the rotation of the body in that frame up to a part of the step, as a quaternion; shape (4).
    pure function spin_until(self, part, momentum) result(s)
       type(stage_tangent_t), intent(in) :: self
-      !> L; shape (3).
+      !> Part of the step; L; shape (3).
       real(wp), intent(in) :: part, momentum(3)
       real(wp) :: s(4), turn(3)
       turn = 0.0_wp
@@ -188,7 +188,7 @@ contains
       s = quat_exp(turn)
    end function spin_until
 
-   !> Sensitivities in the axes of the body, which has rotated.
+   !> Converts sensitivities to the axes of the body, which has rotated.
    pure subroutine end_spin(self, momentum, tangent)
       type(stage_tangent_t), intent(in) :: self
       !> L at the end, in the frame; shape (3).
@@ -206,10 +206,10 @@ contains
       end do
    end subroutine end_spin
 
-   !> Makes room for sensitivities.
+   !> Allocates the sensitivities.
    pure subroutine make_room(self, n, m)
       type(stage_tangent_t), intent(inout) :: self
-      !> Sensitivities and numbers of each.
+      !> Number of sensitivities, and of components of each.
       integer, intent(in) :: n, m
       if (allocated(self%start)) then
          if (size(self%start, 1) == n .and. size(self%start, 2) == m) return
@@ -218,7 +218,7 @@ contains
       allocate (self%start(n, m), self%point(n, m), self%rates(n, m, size(self%times)), self%rate(m, size(self%times)))
    end subroutine make_room
 
-   !> δq = ½q∘θ, |q| nearly 1, and δL.
+   !> Sets δq = ½q∘θ, |q| nearly 1, and δL.
    pure subroutine start_sensitivities(self, n, q, theta, momentum, start)
       type(stage_tangent_t), intent(in) :: self
       integer, intent(in) :: n
@@ -240,10 +240,10 @@ contains
       end do
    end subroutine start_sensitivities
 
-   !> The argument of a stage, or the end of the step: of the motion and of the sensitivities.
+   !> Computes the argument of a stage, or the end of the step, of the motion and of the sensitivities.
    pure subroutine take_argument(self, length, i, x)
       type(stage_tangent_t), intent(inout) :: self
-      !> How many numbers all sensitivities have; the stage.
+      !> Number of components of all sensitivities; index of the stage.
       integer, intent(in) :: length, i
       real(wp), intent(inout) :: x(most_numbers)
       integer :: j
@@ -280,7 +280,7 @@ contains
       end do
    end subroutine list
 
-   !> start + Σ w(j) rates(:, which(j)), four at a time.
+   !> Computes start + Σ w(j) rates(:, which(j)), four at a time.
    pure subroutine add_weighted(length, stages, count, which, w, start, rates, point)
       integer, intent(in) :: length, stages, count, which(most_stages)
       real(wp), intent(in) :: w(most_stages), start(length), rates(length, stages)
@@ -303,9 +303,9 @@ contains
       end do
    end subroutine add_weighted
 
-   !> δk of sensitivities by the derivative of a stage.
+   !> Computes δk of sensitivities from the derivative of a stage.
    pure subroutine multiply(n, m, a, x, rate)
-      !> Sensitivities and numbers of each.
+      !> Number of sensitivities, and of components of each.
       integer, intent(in) :: n, m
       !> ∂k/∂y
       real(wp), intent(in) :: a(most_numbers, most_numbers)
@@ -313,7 +313,7 @@ contains
       real(wp), intent(in) :: x(n, m)
       real(wp), intent(out) :: rate(n, m)
       integer :: i, j
-      ! δq of itself has no diagonal.
+      ! The derivative of δk with respect to δq has no diagonal.
       rate(:, 1) = a(1, 2)*x(:, 2) + a(1, 3)*x(:, 3) + a(1, 4)*x(:, 4) + a(1, 5)*x(:, 5) + a(1, 6)*x(:, 6) &
                    + a(1, 7)*x(:, 7)
       rate(:, 2) = a(2, 1)*x(:, 1) + a(2, 3)*x(:, 3) + a(2, 4)*x(:, 4) + a(2, 5)*x(:, 5) + a(2, 6)*x(:, 6) &
@@ -333,13 +333,13 @@ contains
       end do
    end subroutine multiply
 
-   !> Evaluates a stage of a top in axes of the body.
+   !> Evaluates a stage of a top in body axes.
    subroutine turn_stage(self, rates, system, y, i)
       type(stage_tangent_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: y(:)
-      !> The stage.
+      !> Index of the stage.
       integer, intent(in) :: i
       self%spin = spin_until(self, self%times(i), y(5:7))
       self%rotated = y
@@ -351,13 +351,13 @@ contains
       call self%rotated_stage%evaluate(rates, system, self%times(i), self%rotated)
    end subroutine turn_stage
 
-   !> Adds what the parameters of a sensitivity do in a stage.
+   !> Adds the effect of the parameters of a sensitivity in a stage.
    subroutine add_own(self, rates, system, tangent, m, y, i)
       type(stage_tangent_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
       type(tangent_t), intent(in) :: tangent
-      !> Index among the parametric sensitivities, and that of the stage.
+      !> Index among the parametric sensitivities, and index of the stage.
       integer, intent(in) :: m, i
       real(wp), intent(in) :: y(:)
       real(wp) :: change(size(y)), inertia(3, 3)
@@ -378,9 +378,9 @@ contains
       self%rates(k, :, i) = self%rates(k, :, i) + change
    end subroutine add_own
 
-   !> θ = 2 vec(q*∘δq)/|q|² and δL.
+   !> Computes θ = 2 vec(q*∘δq)/|q|² and δL.
    pure subroutine finish_sensitivities(n, m, q, point, theta, momentum)
-      !> Sensitivities and numbers of each.
+      !> Number of sensitivities, and of components of each.
       integer, intent(in) :: n, m
       real(wp), intent(in) :: q(4)
       real(wp), intent(in) :: point(n, m)

@@ -1,4 +1,4 @@
-!> Orthonormal basis of the directions of effects in space, by Gram's and Schmidt's method.
+!> Orthonormal basis of the directions of effects in space, by the Gram-Schmidt method.
 module nutate_direction_basis
    use nutate_effect, only: GENERAL_SERIES, LINEAR_SERIES, SPACE_SERIES
    use nutate_effect_list, only: effect_list_t
@@ -12,10 +12,10 @@ module nutate_direction_basis
 
 contains
 
-   !> Basis of the directions by Gram's and Schmidt's method, completed to a right-handed one.
+   !> Computes a basis of the directions by the Gram-Schmidt method, completed to a right-handed one.
    pure subroutine choose_basis(effects, basis, rank)
       type(effect_list_t), intent(in) :: effects
-      !> Basis vectors as columns, space axes, the first of which span the directions; how many do; shape (3,3).
+      !> Basis vectors as columns, space axes; the first `rank` of them span the directions; shape (3,3).
       real(wp), intent(inout) :: basis(3, 3)
       integer, intent(out) :: rank
       integer :: i, kind
@@ -45,9 +45,9 @@ contains
       end associate
    end subroutine choose_basis
 
-   !> Makes a basis one of all space.
+   !> Extends a basis to all of space.
    pure subroutine add_all_directions(basis, rank)
-      !> Basis vectors as columns, space axes; how many there are; shape (3,3).
+      !> Basis vectors as columns, space axes, of which `rank` are set; shape (3,3).
       real(wp), intent(inout) :: basis(3, 3)
       integer, intent(inout) :: rank
       integer :: i
@@ -58,10 +58,10 @@ contains
 
    !> Adds a direction to a basis, unless it lies in its span.
    pure subroutine add_direction(basis, rank, direction)
-      !> Basis vectors as columns, space axes; how many there are; shape (3,3).
+      !> Basis vectors as columns, space axes, of which `rank` are set; shape (3,3).
       real(wp), intent(inout) :: basis(3, 3)
       integer, intent(inout) :: rank
-      !> Space axes; shape (3).
+      !> Direction, space axes; shape (3).
       real(wp), intent(in) :: direction(3)
       real(wp) :: rest(3), scale
       integer :: i, pass

@@ -1,5 +1,5 @@
-!> The motion of a rigid body as power series in time, by the fewest equations that do: the four lanes of
-!> `nutate_row_series`, the rotation and L where no torque depends on the attitude, two rows for symmetric tops, Euler's
+!> The motion of a rigid body as power series in time, by the fewest equations that suffice: the four lanes of
+!> `nutate_row_series`, the rotation and L if no torque depends on the attitude, two rows for symmetric tops, Euler's
 !> equations for free bodies and gyrostats of diagonal inertia, or the closed form for symmetric free bodies.
 module nutate_motion_series
    use nutate_invariants, only: follows_rotating_axes
@@ -35,7 +35,7 @@ module nutate_motion_series
       type(series_tail_t) :: tail
       !> Equations of the system, and of the present series: `ROWS`, ...
       integer :: best = ROWS, equations = ROWS
-      !> The processor has AVX2.
+      !> True if the processor has AVX2.
       logical, private :: avx2 = .false.
       !> L at the start, N m s, and diagonal moments over the unit of time, shape (3); 1 over the |L| of errors.
       real(wp) :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp, scale = 0.0_wp
@@ -44,7 +44,7 @@ module nutate_motion_series
       !> The rows at the start, and of a free body only the second: L/|L|; shape (3,3).
       real(wp) :: frame(3, 3) = 0.0_wp
    contains
-      !> Finds out which equations do.
+      !> Determines which equations suffice.
       procedure :: prepare
       !> Computes the coefficients.
       procedure :: expand
@@ -62,7 +62,7 @@ module nutate_motion_series
 
 contains
 
-   !> Finds out which equations do for a system, whose torques and wheels are prepared.
+   !> Determines which equations suffice for a system, whose torques and wheels are prepared.
    subroutine prepare(self, system)
       class(motion_series_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -103,8 +103,8 @@ contains
       integer :: i
       self%momentum = momentum
       self%equations = self%best
-      ! A body at rest has no direction of L, against which its attitude would be known; where rotors all but cancel the
-      ! momentum of the body, it is rounding.
+      ! A body at rest has no direction of L, relative to which its attitude would be known; if rotors nearly cancel the
+      ! momentum of the body, that direction is round-off.
       if (self%best == FREE_BODY .and. .not. length_of(momentum) > max( &
           tiny(1.0_wp), 0.5_wp*length_of(system%effects%rotor_momentum))) self%equations = ROWS
       select case (self%equations)
@@ -276,10 +276,10 @@ contains
       rotation = quat_product(about, shortest)
    end subroutine evaluate_free
 
-   !> Returns true if a rotation since the start of the series needs the other sign to follow from the identity
-   !> continuously. The rows leave the sign open: from π on it is not that of the shortest rotation. Where the rotation
-   !> may be as large, it is compared with exp(½∫w dt), the first term of its Magnus series, which is right to far less
-   !> than the π between the two signs.
+   !> Returns true if the quaternion of a rotation since the start of the series needs the other sign to follow from the
+   !> identity continuously. The rows do not determine the sign: from π on it is not that of the shortest rotation. If
+   !> the rotation may be as large, it is compared with exp(½∫w dt), the first term of its Magnus series, whose error is
+   !> far less than the π between the two signs.
    pure logical function is_opposite(self, s, rotation)
       class(motion_series_t), intent(in) :: self
       !> Time, in units; quaternion of the shortest rotation.

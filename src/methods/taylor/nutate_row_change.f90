@@ -1,5 +1,5 @@
-!> Change of a state in a step by a series of rows, and its sum with the state, compensated: q and p lose the rounding
-!> of the change, not that of their own digits.
+!> Change of a state in a step by a series of rows, and its compensated sum with the state: the errors of q and p are
+!> the rounding of the change, not that of their own digits.
 module nutate_row_change
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance
@@ -24,11 +24,11 @@ module nutate_row_change
 
 contains
 
-   !> The change until a time from the start of a series of L and three rows, or of L and the rotation, in the axes of
-   !> the body.
+   !> Computes the change up to a time from the start of a series of L and three rows, or of L and the rotation, in body
+   !> axes.
    pure subroutine get_change(series, s, change)
       type(motion_series_t), intent(in) :: series
-      !> In units of time.
+      !> Time, in units of time.
       real(wp), intent(in) :: s
       type(row_change_t), intent(out) :: change
       real(wp) :: changes(4, 3), rows(3, 3)
@@ -49,7 +49,7 @@ contains
       if (series%is_opposite(s, identity + change%turn)) change%turn = -change%turn - 2*identity
    end subroutine get_change
 
-   !> c/|c| - 1 from c - 1, without the rounding of c.
+   !> Returns c/|c| - 1 from c - 1, without the rounding of c.
    pure function normalized_turn(turn) result(normalized)
       real(wp), intent(in) :: turn(4)
       real(wp) :: normalized(4), excess, length
@@ -59,10 +59,10 @@ contains
       normalized(1) = (turn(1) - excess/(1 + length))/length
    end function normalized_turn
 
-   !> c - 1 of the rotation c with R(c) (fᵢ + dᵢ) = fᵢ: of 4c₁c, which is linear in Σ fᵢ(fᵢ + dᵢ)ᵀ, the vector follows d
-   !> alone, since Σ fᵢfᵢᵀ is symmetric.
+   !> Returns c - 1 of the rotation c with R(c) (fᵢ + dᵢ) = fᵢ: of 4c₁c, which is linear in Σ fᵢ(fᵢ + dᵢ)ᵀ, the vector
+   !> follows d alone, since Σ fᵢfᵢᵀ is symmetric.
    pure function turn_between(f, d) result(turn)
-      !> Columns; shape (3,3).
+      !> fᵢ and dᵢ as columns; shape (3,3).
       real(wp), intent(in) :: f(3, 3), d(3, 3)
       real(wp) :: turn(4)
       real(wp) :: m(3, 3), c(4), square, length
@@ -83,8 +83,8 @@ contains
       end if
    end function turn_between
 
-   !> Adds a change to the q and p of a state, and removes what has gathered off |q| = 1 and q·p = 0: along q and p
-   !> both, which leaves L as it is.
+   !> Adds a change to the q and p of a state, and removes the accumulated errors of |q| = 1 and q·p = 0: along both q
+   !> and p, which leaves L unchanged.
    pure subroutine add_change(change, state)
       type(row_change_t), intent(in) :: change
       type(state_t), intent(inout) :: state
@@ -102,7 +102,7 @@ contains
       p = state%p + state%p_compensation
       along = dot_product(state%q, p)
       if (along**2 <= (0.5_wp*manifold_tolerance)**2*dot_product(p, p)) return
-      ! A body that comes to rest has less momentum than the rounding of the momentum that it had.
+      ! The momentum of a body that comes to rest is below the rounding of its earlier momentum.
       p = quat_product(quat_conjugate(state%q), p)
       state%p = quat_vector_product(state%q, p(2:4))
       state%p_compensation = 0.0_wp

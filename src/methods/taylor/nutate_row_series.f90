@@ -31,14 +31,14 @@ module nutate_row_series
 
    !> Series of one step.
    type :: row_series_t
-      !> Highest coefficient, to be set.
+      !> Highest coefficient; set by the caller.
       integer :: order = 0
-      !> No effect has to be asked for coefficients: in the axes of a rigid body, which do not rotate, for linear
+      !> True if no effect has to supply coefficients: for a rigid body in non-rotating space axes with linear
       !> potentials, and torques and motors that are linear in Ω or depend on time alone.
       logical :: asks_no_effect = .false.
-      !> Start and unit of time, s, to be set; the latter is negative backwards in time.
+      !> Start and unit of time, s; set by the caller; the latter is negative backwards in time.
       real(wp) :: t = 0.0_wp, time_unit = 1.0_wp
-      !> L, N m s, and the rows E1, E2, E3; coefficient 0 to be set; shape (lane, component, 0:highest_order).
+      !> L, N m s, and the rows E1, E2, E3; the caller sets coefficient 0; shape (lane, component, 0:highest_order).
       real(wp) :: lanes(4, 3, 0:highest_order) = 0.0_wp
       !> Rate of the axes used, Ω or L/J₁, times the unit of time; shape (3, 0:highest_order).
       real(wp) :: omega(3, 0:highest_order) = 0.0_wp
@@ -49,8 +49,8 @@ module nutate_row_series
       type(wheel_series_t), allocatable :: wheels
       !> The axial frame, if there is one.
       type(axial_frame_t) :: axial
-      !> No effect has to be asked, and none depends on the attitude: the lanes are the rotation since the start, and
-      !> after it L.
+      !> True if no effect has to supply coefficients, and none depends on the attitude: the lanes are the rotation
+      !> since the start, and after it L.
       logical :: by_rotation = .false.
       !> The rows rotate in space; components of their rate along them, rad/s; shape (3).
       logical :: frame_turns = .false.

@@ -1,4 +1,4 @@
-!> The series of a step with AVX2: CMakeLists.txt compiles this file for processors that have it. Results are bitwise
+!> The series of a step with AVX2: CMakeLists.txt compiles this file with AVX2 instructions. Results are bitwise
 !> identical to those of `nutate_rows_sse2`.
 module nutate_rows_avx2
    use nutate_effect_list, only: effect_list_t

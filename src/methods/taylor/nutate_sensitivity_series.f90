@@ -1,8 +1,8 @@
-!> The sums of products of two series that make coefficient k + 1 of sensitivities, and how coefficients and
-!> factors are laid out.
+!> The sums of products of two series for coefficient k + 1 of sensitivities, and the layout of coefficients and
+!> factors.
 !>
-!> The loop over lanes is the outer one, which is vectorised where the inner one surely runs: then the sums stay in
-!> registers.
+!> The loop over lanes is the outer one, and is vectorised since the inner one has at least one iteration: the sums then
+!> stay in registers.
 module nutate_sensitivity_series
    use nutate_kinds, only: wp
    use nutate_power_series, only: highest_order
@@ -12,7 +12,7 @@ module nutate_sensitivity_series
    public :: lanes, numbers, n_factors, of_theta, of_momentum, of_lack, by_angle, by_momentum, for_momentum, for_theta
    public :: set_vector, set_matrix, sum_free, add_rest, add_row, add_rotated, add_lacking, sum_block
 
-   !> Sensitivities that are computed together, whose sums stay in registers.
+   !> Number of sensitivities that are computed together, whose sums stay in registers.
    integer, parameter :: lanes = 2
    !> Numbers of a sensitivity: θ, δL and u, by which ΔtδΩ is less than ΔtJ⁻¹δL; where each starts.
    integer, parameter :: of_theta = 0, of_momentum = 3, of_lack = 6, numbers = 9
@@ -33,7 +33,7 @@ contains
       end do
    end subroutine set_vector
 
-   !> Sets nine.
+   !> Sets nine factors of a coefficient.
    pure subroutine set_matrix(f, first, matrix)
       real(wp), intent(inout) :: f(lanes, n_factors)
       integer, intent(in) :: first
@@ -157,7 +157,7 @@ contains
       end do
    end subroutine add_rotated
 
-   !> Adds what u takes from ΔtδΩ, what the torques make of that, and u×L.
+   !> Adds the contribution of u to ΔtδΩ, its effect on the torques, and u×L.
    pure subroutine add_lacking(k, f, d, x, s)
       integer, intent(in) :: k
       !> The factors; D, shape (3,3).

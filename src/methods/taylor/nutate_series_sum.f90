@@ -1,4 +1,4 @@
-!> Sums of power series and of what they stand for: from coefficients to the state at a time.
+!> Sums of power series, and the rotation between two frames: from coefficients to the state at a time.
 module nutate_series_sum
    use nutate_kinds, only: wp
    use nutate_power_series, only: highest_order
@@ -9,7 +9,7 @@ module nutate_series_sum
 
 contains
 
-   !> √(x·x), cheaper than the intrinsic, which guards against overflow.
+   !> Returns √(x·x), cheaper than the intrinsic, which guards against overflow.
    pure real(wp) function length_of(x)
       real(wp), intent(in) :: x(3)
       length_of = sqrt(x(1)*x(1) + x(2)*x(2) + x(3)*x(3))
@@ -37,10 +37,10 @@ contains
       total = s*(odd + s*even) + (weights(1)*x(:, order) + weights(2)*x(:, order - 1))
    end subroutine sum_series
 
-   !> The quaternion c, to be normalised, with R(c) gᵢ = fᵢ for two frames, right-handed and orthonormal but for errors:
-   !> 4cᵢcⱼ are linear in Σ fᵢgᵢᵀ; the row with the largest diagonal is taken.
+   !> Returns the quaternion c, not normalised, with R(c) gᵢ = fᵢ for two right-handed frames that are orthonormal up to
+   !> errors: 4cᵢcⱼ are linear in Σ fᵢgᵢᵀ; the row with the largest diagonal element is used.
    pure function rotation_between(f, g) result(c)
-      !> Columns; shape (3,3).
+      !> fᵢ and gᵢ as columns; shape (3,3).
       real(wp), intent(in) :: f(3, 3), g(3, 3)
       real(wp) :: c(4)
       real(wp) :: m(3, 3)

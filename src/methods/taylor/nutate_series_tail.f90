@@ -21,20 +21,20 @@ module nutate_series_tail
    public :: series_tail_t, most_parts, largest_part
    public :: least_denominator, largest_rest, same_direction, least, largest
 
-   !> Components of a coefficient at most, where their products are computed here: L and an angle.
+   !> Largest number of components of a coefficient whose products are computed here: L and an angle.
    integer, parameter :: most_parts = 4
    !> Least of `1 + αs + βs²` from the start to the end of a step: a pole nearer to it would spoil states inside.
    real(wp), parameter :: least_denominator = 0.3_wp
-   !> A recurrence that leaves more of the last coefficient than this is none.
+   !> Largest part of the last coefficient that a recurrence may leave unexplained.
    real(wp), parameter :: largest_rest = 0.5_wp
-   !> Factor for what all coefficients after the last one add to its rest, and for a denominator below 1: on the box 2.6
-   !> was observed.
+   !> Factor from the rest of the last coefficient to that of the sum, which all later coefficients and a denominator
+   !> below 1 increase: 2.6 was observed for the box.
    real(wp), parameter :: margin = 3.0_wp
    !> Part of a square below which products of coefficients are rounding; square of the sine between two vectors below
-   !> which only one of them is used; range of squares, so that products of two do not leave that of numbers.
+   !> which only one of them is used; range of squares whose products are representable.
    real(wp), parameter :: rounding = 1e-14_wp, same_direction = 1e-10_wp, least = 1e-140_wp, largest = 1e140_wp
 
-   !> Parts of coefficients whose squares are numbers.
+   !> Largest component of a coefficient whose square is representable.
    real(wp), parameter :: largest_part = 1e150_wp
 
    !> The recurrence of a series, in units of time.
@@ -45,9 +45,9 @@ module nutate_series_tail
       !> Square of the rest that the recurrence left of the last coefficient when fitted to the one before, with a
       !> margin.
       real(wp) :: rest = 0.0_wp
-      !> Largest time from the start up to which no pole comes near; 0 where there is no recurrence.
+      !> Largest time from the start up to which no pole is near; 0 if there is no recurrence.
       real(wp) :: limit = 0.0_wp
-      !> The recurrence is used in the present step.
+      !> True if the recurrence is used in the present step.
       logical, private :: used = .false.
    contains
       !> Fit the recurrence, to coefficients or by their products.
@@ -122,7 +122,7 @@ contains
       self%used = .false.
    end subroutine leave
 
-   !> α and β that minimise |x₀ + αx₁ + βx₂|².
+   !> Computes the α and β that minimise |x₀ + αx₁ + βx₂|².
    pure subroutine solve(s1, s2, c12, c1, c2, alpha, beta)
       !> |x₁|², |x₂|², x₁·x₂, x₀·x₁, x₀·x₂.
       real(wp), intent(in) :: s1, s2, c12, c1, c2
@@ -139,7 +139,7 @@ contains
       end if
    end subroutine solve
 
-   !> The first root of `1 + αs + βs² = least_denominator`.
+   !> Returns the first root of `1 + αs + βs² = least_denominator`.
    pure real(wp) function limit_of(alpha, beta) result(limit)
       real(wp), intent(in) :: alpha, beta
       real(wp) :: square
@@ -157,7 +157,8 @@ contains
       self%used = s <= self%limit
    end subroutine use_in_step
 
-   !> The sum of what comes after coefficient n is `last` times it and `before` times the one before.
+   !> Computes the weights of the tail: the sum of all terms after coefficient n is `last` times it plus `before` times
+   !> the one before.
    pure subroutine weights(self, order, s, last, before)
       class(series_tail_t), intent(in) :: self
       !> n.
@@ -173,8 +174,8 @@ contains
       before = power*self%beta
    end subroutine weights
 
-   !> The sum of what comes after coefficient n of an energy: what the last coefficient, the one before, and two more
-   !> before these are multiplied by.
+   !> Computes the weights of the last four coefficients of an energy, the last one first, in the sum of all terms after
+   !> coefficient n; shape (4).
    pure subroutine energy_weights(self, order, s, w)
       class(series_tail_t), intent(in) :: self
       !> n, at least 4.
@@ -193,7 +194,7 @@ contains
       w(1) = power*(c(1) + s*(c(2) + s*(c(3) + s*c(4))))
    end subroutine energy_weights
 
-   !> By how much the sum of a coefficient's components, |Σ|, may err: what the recurrence leaves, or the larger of the
+   !> Returns the possible error of the sum of all components, |Σ|: what the recurrence leaves, or the larger of the
    !> last two terms.
    pure real(wp) function error_of_all(self, order, s) result(error)
       class(series_tail_t), intent(in) :: self
@@ -221,7 +222,7 @@ contains
       end if
    end function error_of
 
-   !> Sums four series of energies from k = 1 on, with their tails, and tells by how much each sum may err.
+   !> Sums four series of energies from k = 1 on, with their tails, and estimates the error of each sum.
    pure subroutine sum_energies(self, order, s, x, sums, errors)
       class(series_tail_t), intent(in) :: self
       !> Highest coefficient.
@@ -250,7 +251,7 @@ contains
       end if
    end subroutine sum_energies
 
-   !> c₁ to c₄ of (1 + αs + βs²)²; shape (4).
+   !> Returns c₁ to c₄ of (1 + αs + βs²)²; shape (4).
    pure function of_square(self) result(c)
       class(series_tail_t), intent(in) :: self
       real(wp) :: c(4)
@@ -259,7 +260,7 @@ contains
       end associate
    end function of_square
 
-   !> sⁿ, to the last bit the same with every compiler.
+   !> Returns sⁿ, bitwise identical with every compiler.
    pure real(wp) function power_of(s, n) result(power)
       real(wp), intent(in) :: s
       !> Positive.

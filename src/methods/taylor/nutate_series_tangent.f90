@@ -10,12 +10,12 @@
 !> If the inertia varies, J⁻¹ is that of the start of the step, the terms J₁δΩ, J₂δΩ, ... of its series are part of u,
 !> and mass that leaves adds the torque (dJ/dt)δΩ.
 !>
-!> Sensitivities of the start without wheels are linear in θ and δL of the start, so that no more than a basis of these
+!> Sensitivities to the initial state without wheels are linear in θ and δL of the start, so that only a basis of these
 !> is expanded: six sensitivities, and three of δL for a free body, whose θ1 is that of the start, rotated, and what δL
 !> adds.
 !>
 !> The result is the derivative of the flow, to the accuracy of the series. The poles of sensitivities are of one order
-!> more than those of the motion, so that sensitivities err by ten times as much at the same order: their order is
+!> more than those of the motion, so that their error is ten times as large at the same order: their order is therefore
 !> higher.
 module nutate_series_tangent
    use nutate_variation, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
@@ -42,7 +42,7 @@ module nutate_series_tangent
 
    public :: series_tangent_t
 
-   !> By how much the order of the sensitivities is higher.
+   !> Order of the sensitivities minus that of the motion.
    integer, parameter :: more_orders = 2
 
    !> The series of one step, with the step as the unit of time.
@@ -51,10 +51,10 @@ module nutate_series_tangent
       logical :: prepared = .false.
       !> Order of the series; number of rows on which a torque or a parameter depends.
       integer :: order = 0, n_rows = 0
-      !> There are torques that depend on the attitude; these are but the moment of one row; the space axes rotate; the
-      !> matrices of δL have no diagonal.
+      !> True if torques depend on the attitude; if these are only the moment of one row; if the space axes rotate; if
+      !> the matrices of δL have no diagonal.
       logical :: rotated = .false., of_row = .false., frame_turns = .false., hollow = .false.
-      !> Sensitivities of the basis of the start; 0 where each sensitivity is expanded.
+      !> Number of sensitivities in the basis of the start; 0 if each sensitivity is expanded.
       integer :: n_basis = 0
       !> ΔtJ⁻¹, its product with D, D, N m s; shape (3,3). Δtω along the rows; shape (3).
       real(wp) :: to_angle(3, 3) = 0.0_wp, damped(3, 3) = 0.0_wp, drag(3, 3) = 0.0_wp, turn(3) = 0.0_wp
@@ -139,7 +139,7 @@ contains
       call finish_sensitivities(self, quat_product(quat_conjugate(before%q), after%q), tangent)
    end subroutine propagate
 
-   !> Coefficient 0 of the motion, and the constants of the step.
+   !> Sets coefficient 0 of the motion, and the constants of the step.
    pure subroutine start_motion(self, system, before, dt, start, acts, driven)
       class(series_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -172,7 +172,7 @@ contains
       end do
    end subroutine start_motion
 
-   !> Coefficients of the inertia, and those of the mass that leaves.
+   !> Sets the coefficients of the inertia, and those of the mass that leaves.
    pure subroutine start_inertia(self, effects, dt, acts)
       class(series_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -192,7 +192,7 @@ contains
       end do
    end subroutine start_inertia
 
-   !> Coefficient 0 of the sensitivities.
+   !> Sets coefficient 0 of the sensitivities.
    pure subroutine start_sensitivities(self, effects, tangent)
       class(series_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -234,7 +234,7 @@ contains
       allocate (self%inner(tangent%n, self%wheels%n, 0:highest_order), self%rate(tangent%n, 3, 0:highest_order))
    end subroutine start_sensitivities
 
-   !> Changes of effects in all sensitivities.
+   !> Returns the number of changes of effects in all sensitivities.
    pure integer function changes_in(tangent) result(n)
       type(tangent_t), intent(in) :: tangent
       integer :: m
@@ -256,7 +256,7 @@ contains
       if (self%n_basis > 0) place_of = self%n_basis + m
    end function place_of
 
-   !> Coefficient k of the rates, and of the wheels.
+   !> Adds coefficient k of the rates, and of the wheels.
    pure subroutine add_rates(self, k, system, dt)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -277,7 +277,7 @@ contains
       end do
    end subroutine add_rates
 
-   !> Coefficient k of the factors, and k + 1 of L and of the rows.
+   !> Adds coefficient k of the factors, and k + 1 of L and of the rows.
    pure subroutine add_motion(self, k, system, dt, acts, unknown)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -321,7 +321,7 @@ contains
       call add_rows(self%n_rows, k, self%relative, self%row)
    end subroutine add_motion
 
-   !> Sets the matrix of θ, Δt∂τ/∂θ, and what rotating axes add to it.
+   !> Sets the matrix of θ, Δt∂τ/∂θ, with the contribution of rotating axes.
    pure subroutine set_turn_matrix(self, k, system, dt, acts, unknown)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -338,7 +338,7 @@ contains
       call set_matrix(self%factors(:, :, k), for_theta, matrix)
    end subroutine set_turn_matrix
 
-   !> Sets the matrix of δL, [L]×ΔtJ⁻¹ - [ΔtΩ]× and what torques add to it.
+   !> Sets the matrix of δL, [L]×ΔtJ⁻¹ - [ΔtΩ]×, with the contribution of torques.
    pure subroutine set_momentum_matrix(self, k, f)
       class(series_tangent_t), intent(in) :: self
       integer, intent(in) :: k
@@ -362,7 +362,7 @@ contains
       end if
    end subroutine set_momentum_matrix
 
-   !> Coefficient k + 1 of the rows, E×Ω; of those that are not needed zero.
+   !> Adds coefficient k + 1 of the rows, E×Ω; zero for those that are not needed.
    pure subroutine add_rows(n_rows, k, w, row)
       integer, intent(in) :: n_rows, k
       !> Δt times the rate relative to the space axes.
@@ -382,7 +382,7 @@ contains
       end do
    end subroutine add_rows
 
-   !> Coefficient k of u = ΔtJ⁻¹(Σ s δh + δh + δJΩ + Σ δs h), with J₁δΩ, ... of an inertia that varies.
+   !> Adds coefficient k of u = ΔtJ⁻¹(Σ s δh + δh + δJΩ + Σ δs h), with J₁δΩ, ... of an inertia that varies.
    pure subroutine add_lacks(self, k, system, dt, tangent)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -468,7 +468,7 @@ contains
       end do
    end subroutine add_loss
 
-   !> Three numbers of a coefficient of a sensitivity.
+   !> Returns three components of a coefficient of a sensitivity; shape (3).
    pure function get(self, variation, first, k) result(v)
       class(series_tangent_t), intent(in) :: self
       integer, intent(in) :: variation, first, k
@@ -479,7 +479,7 @@ contains
       end do
    end function get
 
-   !> Sets them.
+   !> Sets three components of a coefficient of a sensitivity.
    pure subroutine put(self, variation, first, k, v)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: variation, first, k
@@ -490,13 +490,13 @@ contains
       end do
    end subroutine put
 
-   !> Coefficient k + 1 of θ and δL of a block, without what parameters do.
+   !> Adds coefficient k + 1 of θ and δL of a block, without the effect of parameters.
    pure subroutine add_block(self, k, dt, lacking, x)
       class(series_tangent_t), intent(in) :: self
       integer, intent(in) :: k
       !> s.
       real(wp), intent(in) :: dt
-      !> There is a u.
+      !> True if the block has a u.
       logical, intent(in) :: lacking
       real(wp), intent(inout) :: x(lanes, numbers, 0:highest_order)
       real(wp) :: s(lanes, 6)
@@ -517,7 +517,7 @@ contains
       end do
    end subroutine add_block
 
-   !> Coefficient k + 1 of δh, ḣ = u - cω: of all sensitivities, and of those of parameters what these change.
+   !> Adds coefficient k + 1 of δh, ḣ = u - cω, of all sensitivities, with the effect of parameters.
    pure subroutine add_wheels(self, k, system, dt, tangent, unknown)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -578,7 +578,7 @@ contains
       end do
    end subroutine add_gyration
 
-   !> Adds what parameters of torques and the rate of the axes do to coefficient k + 1 of θ and δL.
+   !> Adds the effect of parameters of torques, and of the rate of the axes, to coefficient k + 1 of θ and δL.
    pure subroutine add_own(self, k, system, dt, acts, tangent, m, place, unknown)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -636,10 +636,10 @@ contains
       call put(self, c, of_momentum, k + 1, get(self, c, of_momentum, k + 1) + (dt*inverses(k + 1))*tau)
    end subroutine add_own
 
-   !> Sums the series, and makes the sensitivities from the basis. The last terms estimate the error.
+   !> Sums the series, and computes the sensitivities from the basis. The last terms estimate the error.
    pure subroutine finish_sensitivities(self, turn, tangent)
       class(series_tangent_t), intent(inout) :: self
-      !> How the body has rotated, of its axes at the start; shape (4).
+      !> Rotation of the body since the start, in its axes at the start; unit quaternion, shape (4).
       real(wp), intent(in) :: turn(4)
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: rotated(3, 3), x(6), y(12)
@@ -686,7 +686,7 @@ contains
       end do
    end subroutine set_sensitivity
 
-   !> Adds to them.
+   !> Adds to θ and δL of a sensitivity, and to its last terms in `mid` and `change`.
    pure subroutine add_column(y, c, tangent)
       real(wp), intent(in) :: y(12)
       integer, intent(in) :: c

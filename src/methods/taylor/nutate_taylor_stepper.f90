@@ -1,7 +1,7 @@
-!> Taylor series: the motion in a step as a power series in time, of as high an order as the tolerance asks for.
+!> Taylor series: the motion in a step as a power series in time, whose order follows from the tolerance.
 !>
-!> The length of a step follows from the last coefficients before it is taken (À. Jorba, M. Zou, Experimental
-!> Mathematics 14 (2005) 99), so that no step is tried in vain, and the series is the state at all times between: dense
+!> The length of a step follows from the last coefficients before the step (À. Jorba, M. Zou, Experimental Mathematics
+!> 14 (2005) 99), so that no step is rejected for its error, and the series gives the state at all times inside: dense
 !> output. The projection onto the invariants follows the steps.
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
@@ -29,23 +29,24 @@ module nutate_taylor_stepper
 
    public :: taylor_t, usual_interval
 
-   !> Order for a tolerance, per binary digit (one per decimal digit) and beside: up to there the cost of a step grows
-   !> more slowly than its length. `make bench BENCH=bench_series` shows the time of a run by order.
+   !> Order for a tolerance: a part per binary digit (one per decimal digit) and a constant part. Up to this order the
+   !> cost of a step grows more slowly than its length. `make bench BENCH=bench_series` shows the time of a run by
+   !> order.
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 11.0_wp
-   !> The same where no effect has a series of its own beside the rows: in linear potentials, under torques that are
-   !> linear in Ω or depend on time alone, with wheels.
+   !> The same if no effect has an additional series: in linear potentials, under torques that are linear in Ω or depend
+   !> on time alone, with wheels.
    real(wp), parameter :: simple_order_per_digit = 0.4_wp, simple_extra_order = 14.0_wp
-   !> The same for free bodies, whose coefficients cost a fifth of a step.
+   !> The same for free bodies, whose coefficients cost only a fifth of a step.
    real(wp), parameter :: free_order_per_digit = 0.6_wp, free_extra_order = 7.0_wp
-   !> Order for a tolerance, per binary digit and beside, for tops in the axial frame, 20 to 26: coefficients there cost
-   !> less than all else in a step.
+   !> The same for tops in the axial frame, orders 20 to 26: coefficients there cost less than the rest of a step.
    real(wp), parameter :: axial_order_per_digit = 0.15_wp, axial_extra_order = 18.0_wp
-   !> Fixed steps to a projection, which takes a tenth to a fifth of a step. With 4 energy and momentum are as
-   !> good. Chosen steps are projected one by one: on the unstable axis of a box the others err by more than they may.
+   !> Fixed steps from one projection to the next; a projection costs a tenth to a fifth of a step. With 4, energy and
+   !> momentum are as good as with 1. Adaptive steps are all projected: on the unstable axis of a box the others would
+   !> exceed the tolerance.
    integer, parameter :: usual_interval = 4
-   !> Longest step in units of time, where all terms vanish, as for a body at rest.
+   !> Longest step in units of time, used if all terms vanish, as for a body at rest.
    real(wp), parameter :: longest_reach = 1e9_wp
-   !> Units of time tried, each `shorter` than the one before: 72 decades, from any step down to none.
+   !> Largest number of units of time that are tried, each `shorter` than the one before: 72 decades.
    integer, parameter :: most_units = 60
    real(wp), parameter :: shorter = 0.0625_wp
 
@@ -64,15 +65,16 @@ module nutate_taylor_stepper
       logical :: expanded = .false.
       type(state_t) :: first
       logical, allocatable :: acted(:)
-      !> Rate of the space axes, rad/s; shape (3); they turn, and the series is that of axes which do not.
+      !> Rate of the space axes, rad/s, shape (3); true if they rotate and the series is that of non-rotating axes.
       real(wp) :: frame_rate(3) = 0.0_wp
       logical :: turns_free = .false.
-      !> The state is a compensated sum: of a series of rows in the axes of the body.
+      !> True if the state is a compensated sum: of a series of rows in body axes.
       logical :: compensated = .false.
       type(row_change_t) :: change = row_change_t()
-      !> Time for which the turn of the axes was computed last, s, and the quaternion that undoes it; shape (4).
+      !> Time for which the rotation of the axes was computed last, s, and the quaternion of the inverse rotation; shape
+      !> (4).
       real(wp) :: rotated_time = 0.0_wp, turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      !> The state that the step under way leads to.
+      !> State at the end of the step under way.
       type(state_t) :: next = state_t()
       type(series_tangent_t), allocatable :: tangent
    contains
@@ -89,7 +91,7 @@ module nutate_taylor_stepper
 
 contains
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for an effect without series, or an order that does not exist.
+   !> Prepares the stepper. Errors: `NUTATE_BAD_ARGUMENT` for an effect without series, or an order that does not exist.
    subroutine set_up(self, system, settings, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -136,8 +138,8 @@ contains
       call series%prepare(system)
    end subroutine prepare_series
 
-   !> True for the series of three rows, or of the rotation, in the axes of the body, where the space axes turn, a
-   !> potential moves or works are done. Else the sums over steps are plain.
+   !> Returns true for the series of three rows, or of the rotation, in body axes, if the space axes rotate or anything
+   !> does work. Otherwise the sums over steps are plain.
    pure logical function is_compensated(series, system)
       type(motion_series_t), intent(in) :: series
       type(system_t), intent(in) :: system
@@ -152,14 +154,14 @@ contains
       call self%projection%disturb(noise)
    end subroutine disturb
 
-   !> The series that there is depends on the values before.
+   !> Discards the series, which depends on the earlier values.
    recursive subroutine update_commands(self)
       class(taylor_t), intent(inout) :: self
       self%expanded = .false.
    end subroutine update_commands
 
-   !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that the series does not follow
-   !> the motion, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
+   !> Performs one step. Errors, with the state unchanged: `NUTATE_OFF_BRANCH` for a step so long that the series does
+   !> not follow the motion, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
    subroutine advance(self, system, state, dt, window_time, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -211,9 +213,8 @@ contains
    end subroutine advance
 
    !> Returns true if the last two terms of the series, differentiated twice, are no larger than the first. The limit is
-   !> a vibration that advances in the step by 1.2 rad at order 4, 2.7 at order 8, 5.7 at order 16, and errs by 2 % of
-   !> it in each. Beyond, a vibration grows, however small it is, and if works are done no conserved energy keeps it
-   !> small.
+   !> a vibration that advances in the step by 1.2 rad at order 4, 2.7 at order 8, 5.7 at order 16, with an error of 2 %
+   !> per step. Beyond the limit any small vibration grows, and if torques do work, no conserved energy keeps it small.
    pure logical function is_followed(series)
       !> Series of L and three rows, or of L and the rotation, with the step as the unit of time.
       type(motion_series_t), intent(in) :: series
@@ -242,13 +243,13 @@ contains
 
    end function is_followed
 
-   !> The length of the step that meets a goal.
+   !> Chooses the length of the step that meets a goal.
    recursive subroutine choose_step(self, system, state, goal, step, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(step_goal_t), intent(in) :: goal
-      !> An estimate on entry, s, positive.
+      !> Length of the step, s, positive; an estimate on entry.
       real(wp), intent(inout) :: step
       !> Success on entry.
       type(status_t), intent(inout) :: status
@@ -278,11 +279,11 @@ contains
       if (rate*step > self%series%largest_turn()) step = self%series%largest_turn()/rate
    end subroutine choose_step
 
-   !> The order for a tolerance.
+   !> Returns the order for a tolerance.
    pure integer function order_for(self, goal, time_unit) result(order)
       class(taylor_t), intent(in) :: self
       type(step_goal_t), intent(in) :: goal
-      !> About the step, s.
+      !> Approximate length of the step, s.
       real(wp), intent(in) :: time_unit
       real(wp) :: digits
       order = self%order
@@ -301,8 +302,9 @@ contains
       order = min(max(order, least_order), highest_order)
    end function order_for
 
-   !> Time in units at which what the recurrence of the tail leaves of the last term has the size that the goal allows;
-   !> where the recurrence does not reach so far, or there is none, the larger of the last two terms.
+   !> Returns the time, in units, at which the part of the last term that the recurrence of the tail does not predict
+   !> has the size that the goal allows; if there is no recurrence, or it does not reach so far, the larger of the last
+   !> two terms is used instead.
    pure real(wp) function reach_of(self, goal, time_unit) result(s)
       class(taylor_t), intent(in) :: self
       type(step_goal_t), intent(in) :: goal
@@ -329,12 +331,12 @@ contains
       s = max(s, exp(exponent))
    end function reach_of
 
-   !> True if the series of a step that was chosen starts from this state, with the same torques.
+   !> Returns true if the series of a chosen step starts from this state, with the same torques.
    logical function is_expanded(self, system, state, dt, window_time)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> s, and the time that decides which torques act, s.
+      !> Length of the step, and time that decides which torques act, s.
       real(wp), intent(in) :: dt, window_time
       integer :: i
       is_expanded = self%expanded
@@ -353,7 +355,7 @@ contains
       self%rates%dt = dt
    end function is_expanded
 
-   !> Series from a state.
+   !> Expands the series from a state.
    subroutine expand_from(self, system, state, time_unit, y, converges)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -370,7 +372,7 @@ contains
       if (self%rates%n_wheels > 0) call self%series%wheels%set_start(state, self%rates%wheels%driven)
       associate (start => self%series%torques%start)
          start = state%t
-         ! On the end of a piece, or rounded beyond it, the step decides which it is.
+         ! At the end of a piece, or rounded beyond it, the step determines the piece.
          do i = 1, size(self%acted)
             if (self%rates%in_pieces(i) .and. self%rates%acts(i)) &
                start = min(max(start, self%rates%window(1, i)), self%rates%window(2, i))
@@ -390,7 +392,7 @@ contains
       end do
    end subroutine expand_from
 
-   !> Attitude and momentum at a time from the start of the series, and what the wheels gain until then.
+   !> Computes attitude and momentum at a time from the start of the series, and the gains of the wheels.
    subroutine get_state(self, time, y)
       class(taylor_t), intent(inout) :: self
       !> s.
@@ -421,7 +423,7 @@ contains
          self%rates%wheels%work, self%step_error%wheels, self%step_error%work)
    end subroutine get_state
 
-   !> Puts the change last computed in the place of the values that it led to.
+   !> Adds the change computed last to the state, instead of storing the rounded values.
    pure subroutine apply_change(self, state)
       class(taylor_t), intent(in) :: self
       type(state_t), intent(inout) :: state
@@ -439,7 +441,7 @@ contains
       type(system_t), intent(in) :: system
       !> s.
       real(wp), intent(in) :: time
-      !> That time's; its work of the dependence on time, that of the start, follows.
+      !> State at that time; its work of the dependence on time is that of the start on entry.
       type(state_t), intent(inout) :: state
       !> J.
       real(wp), intent(inout) :: work(:)
@@ -455,14 +457,14 @@ contains
       end associate
    end subroutine get_works
 
-   !> Books the work of the dependence on time from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
-   !> the potentials that move, and ∫ -½ Ωᵀ(dJ/dt)Ω dt.
+   !> Adds the work of the dependence on time from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of the
+   !> potentials that move, and ∫ -½ Ωᵀ(dJ/dt)Ω dt.
    subroutine book_time_dependent_work(self, system, time, of_torque, state, work)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> s; the integrals, J.
+      !> Time, s; the integrals, J.
       real(wp), intent(in) :: time, of_torque
-      !> That time's; its work of time-dependent potentials that of the start.
+      !> State at that time; its work of time-dependent potentials is that of the start on entry.
       type(state_t), intent(inout) :: state
       !> J.
       real(wp), intent(out) :: work
@@ -472,8 +474,8 @@ contains
       state%time_dependent_until = self%first%t + time
    end subroutine book_time_dependent_work
 
-   !> The state at a time inside the last step, by its series. Errors: `NUTATE_BAD_ARGUMENT` where there is none, or the
-   !> time is outside of it; those of the projection.
+   !> Computes the state at a time inside the last step, by its series. Errors: `NUTATE_BAD_ARGUMENT` if there is none,
+   !> or the time is outside of it; those of the projection.
    subroutine state_at(self, system, t, state, work, status, works)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -527,8 +529,8 @@ contains
       if (self%conserve) call self%projection%project_for_output(system, state)
    end subroutine project_for_output
 
-   !> Moves sensitivities over a step by their series, and projects them where the state was. Works change as the
-   !> energy does, which the series keeps; where potentials move they are not needed, and stay. Errors:
+   !> Moves sensitivities over a step by their series, and projects them if the state was projected. Works change like
+   !> the energy, which the series conserves; if potentials move they are not needed, and are unchanged. Errors:
    !> `NUTATE_BAD_ARGUMENT` for effects without such series.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(taylor_t), intent(inout) :: self
@@ -565,7 +567,7 @@ contains
    pure subroutine estimate_error(series, s, error)
       !> Series with its tail.
       type(motion_series_t), intent(in) :: series
-      !> Time in units of time.
+      !> Time, in units of time.
       real(wp), intent(in) :: s
       type(step_error_t), intent(inout) :: error
       error%angle = series%tail%error_of_all(series%order, s)

@@ -1,4 +1,4 @@
-!> Changes of the parameters of effects, for sensitivities: what they make of the torques of `nutate_torque_series`.
+!> Changes of the torques of `nutate_torque_series` by changes of the parameters of effects, for sensitivities.
 module nutate_torque_changes
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
@@ -16,25 +16,25 @@ module nutate_torque_changes
    !> Torques of a system, and the changes of their directions.
    type, extends(torque_series_t) :: torque_changes_t
       private
-      !> Series of δn that parameters make, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any); true for
-      !> those that are not zero, and for those that are known.
+      !> Series of δn caused by changes of parameters, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any);
+      !> true for those that are not zero, and for those that are known.
       real(wp), allocatable :: shift(:, :, :), shifted(:, :, :)
       logical, allocatable :: shifts(:), shift_known(:)
-      !> Changes of what potentials vary by with the body, of each sensitivity; shape (any).
+      !> Changes of the varying parts of potentials by each sensitivity; shape (any).
       type(reshaped_series_t), allocatable :: reshaped(:)
    contains
-      !> Makes room for changes of parameters.
+      !> Allocates the changes of parameters.
       procedure :: expect_changes
-      !> Compute a coefficient of what changes of parameters make of the torque of one effect.
+      !> Compute a coefficient of the change of the torque of one effect by changes of parameters.
       procedure :: potential_change
       procedure :: torque_change
-      !> Adds a coefficient of what a sensitivity makes of the torque of potentials that vary with the body.
+      !> Adds a coefficient of the change of the torque of varying potentials by a sensitivity.
       procedure :: add_reshaped
    end type torque_changes_t
 
 contains
 
-   !> Makes room for changes of parameters of so many effects, by so many sensitivities.
+   !> Allocates the changes of parameters of a number of effects by a number of sensitivities.
    pure subroutine expect_changes(self, effects, n, parametric)
       class(torque_changes_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -48,7 +48,7 @@ contains
       allocate (self%shifts(n), self%shift_known(n), source=.false.)
    end subroutine expect_changes
 
-   !> Makes room for changes of what potentials vary by with the body.
+   !> Allocates the changes of the varying parts of potentials.
    pure subroutine expect_reshaped(self, effects, parametric)
       class(torque_changes_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -65,11 +65,12 @@ contains
       end do
    end subroutine expect_reshaped
 
-   !> Coefficient k of what changes of the parameters of a potential make of its torque; called after `add_derivatives`.
+   !> Computes coefficient k of the change of the torque of a potential by a change of its parameters; called after
+   !> `add_derivatives`.
    pure subroutine potential_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
       class(torque_changes_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> Position in the list.
+      !> Index in the list.
       integer, intent(in) :: i
       real(wp), intent(in) :: change(:)
       !> Index among the expected changes; coefficient, and the highest one.
@@ -104,7 +105,7 @@ contains
       known = known .and. self%shift_known(place)
    end subroutine potential_change
 
-   !> Keeps the series of the change of a direction.
+   !> Stores the series of the change of a direction.
    pure subroutine keep_shift(self, place, n)
       class(torque_changes_t), intent(inout) :: self
       integer, intent(in) :: place
@@ -114,7 +115,7 @@ contains
       self%shifts(place) = any(abs(n) > 0.0_wp)
    end subroutine keep_shift
 
-   !> Coefficient k of the change of a direction as the body sees it.
+   !> Computes coefficient k of the change of a direction in body axes.
    pure subroutine turn_shift(self, place, k, rows)
       class(torque_changes_t), intent(inout) :: self
       integer, intent(in) :: place, k
@@ -132,11 +133,12 @@ contains
       self%shifted(:, k, place) = sum
    end subroutine turn_shift
 
-   !> Coefficient k of what changes of its parameters make of a torque that acts; called after `add_derivatives`.
+   !> Computes coefficient k of the change of a torque that acts by a change of its parameters; called after
+   !> `add_derivatives`.
    pure subroutine torque_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
       class(torque_changes_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> Position in the list.
+      !> Index in the list.
       integer, intent(in) :: i
       real(wp), intent(in) :: change(:)
       !> Index among the expected changes; coefficient, and the highest one.

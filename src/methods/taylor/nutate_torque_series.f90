@@ -25,22 +25,24 @@ module nutate_torque_series
 
    !> The torque of the effects of a system.
    type :: torque_series_t
-      !> Basis vectors as columns, space axes; how many span the directions; shape (3,3).
+      !> Basis vectors as columns, space axes, shape (3,3); number of those that span the directions.
       real(wp) :: basis(3, 3) = 0.0_wp
       integer :: rank = 0
-      !> Linear potentials: τ = Σ mᵢ×R(q)ᵀeᵢ; columns mᵢ, body axes, N m, of which the first so many count; shape (3,3).
+      !> Linear potentials: τ = Σ mᵢ×R(q)ᵀeᵢ; columns mᵢ, body axes, N m, shape (3,3); number of those that are not
+      !> zero.
       real(wp) :: moments(3, 3) = 0.0_wp
       integer :: n_moments = 0
-      !> There is more than linear potentials; all of that is torques that are linear in Ω or depend on time alone.
+      !> True if there are other effects than linear potentials; true if all of these are torques that are linear in Ω
+      !> or depend on time alone.
       logical :: has_more = .false., is_simple = .false.
-      !> Start of the series for torques, s, to be set: in the piece of each torque that is in pieces; highest
-      !> coefficient that is required.
+      !> Start of the series for torques, s, set by the caller: inside the piece of each torque that is in pieces;
+      !> highest coefficient that is required.
       real(wp) :: start = 0.0_wp
       integer :: order = highest_order
       !> The inertia varies; coefficients of its power series, kg m²; shape (3,3,degree).
       logical :: varies = .false.
       real(wp) :: inertia(3, 3, 3) = 0.0_wp
-      !> A time inside of the step, s, to be set: in the piece of the inertia.
+      !> A time inside the step, s, set by the caller: inside the piece of the inertia.
       real(wp) :: moment = 0.0_wp
       !> Series of the part of potentials that varies with the body; not allocated if none does.
       type(reshaped_series_t), allocatable :: changes
@@ -85,7 +87,7 @@ module nutate_torque_series
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
       real(wp), allocatable :: derivative(:, :, :, :)
    contains
-      !> Finds out what the effects need.
+      !> Determines the terms that the effects need.
       procedure :: prepare
       !> Computes the coefficients of the inertia.
       procedure :: expand_inertia
@@ -101,15 +103,15 @@ module nutate_torque_series
       procedure :: add_terms
       !> Adds a coefficient of the derivative by a small rotation of the body.
       procedure :: add_derivatives
-      !> D of all torques together.
+      !> Returns the sum of D of all torques.
       procedure :: total_drag
-      !> Works of the torques, and of potentials that move on the body, up to a time.
+      !> Computes the works of the torques, and of potentials that move, up to a time.
       procedure :: get_works
    end type torque_series_t
 
 contains
 
-   !> Finds out what the effects need. Errors: `NUTATE_BAD_ARGUMENT` for an effect without series.
+   !> Determines the terms that the effects need. Errors: `NUTATE_BAD_ARGUMENT` for an effect without series.
    subroutine prepare(self, effects, status)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -188,7 +190,7 @@ contains
       end do
    end subroutine add_moments
 
-   !> Gives each general series its direction and room for its auxiliary series.
+   !> Gives each general series its direction, and allocates its auxiliary series.
    subroutine make_slots(self, effects)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -247,7 +249,7 @@ contains
       if (self%is_simple) allocate (self%drags(4, 3, self%n_lanes), source=0.0_wp)
    end subroutine make_slots
 
-   !> Marks the torques in space axes, and makes room for them.
+   !> Marks the torques in space axes, and allocates their series.
    subroutine make_axes(self, effects)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -267,9 +269,9 @@ contains
    subroutine open_slot(self, effect, direction, n)
       class(torque_series_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
-      !> Space axes; shape (3).
+      !> Direction, space axes; shape (3).
       real(wp), intent(in) :: direction(3)
-      !> Slots so far.
+      !> Number of slots so far.
       integer, intent(inout) :: n
       n = n + 1
       self%components(:, n) = matmul(direction, self%basis)
@@ -439,7 +441,7 @@ contains
       real(wp), intent(in) :: rows(3, 3)
       !> N m; shape (3,3).
       real(wp), intent(inout) :: by_turn(3, 3)
-      !> Name of an effect that does not know its derivative; left as it is where there is none.
+      !> Name of an effect without a derivative; unchanged if there is none.
       character(len=*), intent(inout) :: unknown
       integer :: i, n
       logical :: known
@@ -494,7 +496,7 @@ contains
       sum(:, 3) = sum(:, 3) + (v(2)*a(:, 1) - v(1)*a(:, 2))
    end subroutine add_rotated
 
-   !> D of the linear torques that act, N m s; shape (3,3).
+   !> Returns the sum of D of the linear torques that act, N m s; shape (3,3).
    pure function total_drag(self, acts) result(drag)
       class(torque_series_t), intent(in) :: self
       logical, intent(in) :: acts(:)
@@ -567,7 +569,7 @@ contains
       end do
    end subroutine clear
 
-   !> The series of each n that moves.
+   !> Computes the series of each n that moves.
    pure subroutine expand_directions(self, effects, t, time_unit)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -604,10 +606,10 @@ contains
       end do
    end subroutine keep_direction
 
-   !> Coefficient k of R(q)ᵀν from that of ν and those before.
+   !> Computes coefficient k of R(q)ᵀν from that of ν and those before.
    pure subroutine turn_to_body(self, i, k, rows, tau)
       class(torque_series_t), intent(inout) :: self
-      !> Position of the torque; coefficient.
+      !> Index of the torque; coefficient.
       integer, intent(in) :: i, k
       !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
       real(wp), intent(in) :: rows(3, 3)

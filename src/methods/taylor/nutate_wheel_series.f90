@@ -1,5 +1,5 @@
-!> The momenta of wheels as power series in time: ḣ = u - cω, ω = h/Jw - s·Ω, with h×Ω of inner spheres, beside those of
-!> the motion. All series are in `s = (t - t₀)/time_unit`.
+!> The momenta of wheels as power series in time, in addition to those of the motion: ḣ = u - cω, ω = h/Jw - s·Ω, with
+!> h×Ω of inner spheres. All series are in `s = (t - t₀)/time_unit`.
 module nutate_wheel_series
    use nutate_effect, only: LINEAR_SERIES, NO_SERIES, SPACE_SERIES, TIME_SERIES
    use nutate_effect_list, only: effect_list_t
@@ -36,24 +36,25 @@ module nutate_wheel_series
       type(series_group_t), allocatable, private :: auxiliary(:)
       !> True for motors that depend on time alone, and for those that act and depend on the motion; shape (n).
       logical, allocatable, private :: is_timed(:), is_led(:)
-      !> There are reaction wheels alone, and no motor depends on the motion.
+      !> True if there are only reaction wheels, and no motor depends on the motion.
       logical :: asks_no_effect = .false.
-      !> Ω and γ as motors ask for them: rad/s, shape (3, 0:highest_order).
+      !> Ω, rad/s, and γ as arguments of motors; shape (3, 0:highest_order).
       real(wp), allocatable, private :: omega(:, :), gamma(:, :)
    contains
       !> Stores the wheels of a system.
       procedure :: prepare
       !> Sets the start of a series.
       procedure :: set_start
-      !> The series starts from a state, with the same motors.
+      !> Returns true if the series starts from a state, with the same motors.
       procedure :: is_start
       !> Starts a series.
       procedure :: start
-      !> A coefficient of Σ s h.
+      !> Returns a coefficient of Σ s h.
       procedure :: term
-      !> Adds what follows from a coefficient of Ω.
+      !> Adds the coefficients that follow from one of Ω.
       procedure :: add_term
-      !> A coefficient of h, of ω, and of the change of a motor by a change of its parameters.
+      !> Return a coefficient of h, of ω, and compute one of the change of a motor's torque by a change of its
+      !> parameters.
       procedure :: momentum_term
       procedure :: speed_term
       procedure :: drive_change
@@ -112,7 +113,7 @@ contains
       self%driven(:self%n) = driven(:self%n)
    end subroutine set_start
 
-   !> True if the series starts from a state, with the same motors.
+   !> Returns true if the series starts from a state, with the same motors.
    pure logical function is_start(self, effects, state, window_time)
       class(wheel_series_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
@@ -127,7 +128,7 @@ contains
       end do
    end function is_start
 
-   !> Starts a series from what was taken, with the torques of motors that depend on time alone.
+   !> Starts a series from the values of `set_start`, with the torques of motors that depend on time alone.
    pure subroutine start(self, effects, t, time_unit, order)
       class(wheel_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -164,7 +165,7 @@ contains
       group = (i + 1)/2
    end subroutine find_lane
 
-   !> Coefficient k of Σ s h, N m s, body axes; shape (3).
+   !> Returns coefficient k of Σ s h, N m s, body axes; shape (3).
    pure function term(self, k)
       class(wheel_series_t), intent(in) :: self
       integer, intent(in) :: k
@@ -240,7 +241,7 @@ contains
    pure subroutine add_drive(self, effects, i, k, drive)
       class(wheel_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> The wheel, and the coefficient.
+      !> Index of the wheel; coefficient.
       integer, intent(in) :: i, k
       !> N m.
       real(wp), intent(out) :: drive
@@ -250,7 +251,7 @@ contains
       drive = tau(1)
    end subroutine add_drive
 
-   !> Coefficient k of h of a wheel, N m s.
+   !> Returns coefficient k of h of a wheel, N m s.
    pure real(wp) function momentum_term(self, k, i) result(term)
       class(wheel_series_t), intent(in) :: self
       integer, intent(in) :: k, i
@@ -259,7 +260,7 @@ contains
       term = self%momentum(lane, k, group)
    end function momentum_term
 
-   !> Coefficient k of ω of a wheel, rad/s.
+   !> Returns coefficient k of ω of a wheel, rad/s.
    pure real(wp) function speed_term(self, k, i) result(term)
       class(wheel_series_t), intent(in) :: self
       integer, intent(in) :: k, i
@@ -272,7 +273,7 @@ contains
    pure subroutine drive_change(self, effects, i, change, k, drive, known)
       class(wheel_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> The wheel.
+      !> Index of the wheel.
       integer, intent(in) :: i
       !> Change of the wheel's `parameters`.
       real(wp), intent(in) :: change(:)
