@@ -1,11 +1,11 @@
 !> Finds the error allowed in the steps of a run from the attitude error requested at its end.
 !>
 !> Errors of steps and round-off grow on the way by a factor that depends on the motion: trial runs measure it. Trial
-!> run A has a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that
-!> tolerance, so that it is off by errors of every kind, each in a direction of its own. The distance of its end from
-!> that of B shows the effect of errors of B's size, and, with round-off ε in place of η, the part that remains however
-!> short the steps are: the *floor*. Two ends can be near each other by accident: in doubt there are two such trial
-!> runs, and every earlier run is used.
+!> run A has a larger tolerance than the run B and *noise* η in its data and in every step, a twentieth of that
+!> tolerance, so that it contains errors of every kind, each in a random direction. The distance of its end from that of
+!> B shows the effect of errors of B's size, and, with round-off ε instead of η, the part that remains however short the
+!> steps are: the *floor*. Two ends can be close by coincidence: in doubt there are two such trial runs, and every
+!> earlier run is used.
 !>
 !> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
 !> tables in docs/results/accuracy-costs.md. They describe the error behaviour of the methods: measure them again if it
@@ -41,14 +41,15 @@ module nutate_accuracy
       real(wp) :: caution
       !> Tolerance of the first A over that of B.
       real(wp) :: ratio
-      !> Tolerance of A and of B at most: with larger ones A follows no motion that grows, and runs are hardly shorter.
+      !> Largest tolerances of A and of B: with larger ones A does not follow a growing motion, and runs are hardly
+      !> shorter.
       real(wp) :: coarsest_a, coarsest_b
       !> Errors fall at least as the tolerance to this power.
       real(wp) :: power
       !> Round-off that steps make, in units of the response to noise of ½ε.
       real(wp) :: round_off
-      !> Bounds above this part of the accuracy may be met by accident: two ends can be near each other. Not with the
-      !> series; errors of equal steps grow by terms of several orders, which can cancel in whichever bound.
+      !> Part of the accuracy above which a bound may be met by coincidence, because two ends are close. This does not
+      !> happen with the series; errors of equal steps grow by terms of several orders, which can cancel in any bound.
       real(wp) :: only_just
    end type behaviour_t
 
@@ -67,12 +68,12 @@ module nutate_accuracy
       of_equal_steps = behaviour_t(caution=1.0_wp, ratio=3815.0_wp, coarsest_a=1.0_wp, coarsest_b=1.0_wp, &
                                    power=0.75_wp, round_off=6.0_wp, only_just=0.0_wp)
 
-   !> The smallest tolerance of use, far below round-off.
+   !> Smallest useful tolerance, far below round-off.
    real(wp), parameter :: finest = 1e-17_wp
    !> Noise over the tolerance of its run.
    real(wp), parameter :: noise_part = 0.05_wp
-   !> A and B farther apart than this measure nothing, rad: their tolerances are then divided by `much_finer`, unless
-   !> that leads below `hopeless`. If a trial run with noise fails, they are divided by `finer`.
+   !> Largest distance between A and B that carries information, rad: beyond it their tolerances are divided by
+   !> `much_finer`, unless that leads below `hopeless`. If a trial run with noise fails, they are divided by `finer`.
    real(wp), parameter :: too_far = 0.1_wp, much_finer = 1e3_wp, hopeless = 1e-15_wp, finer = 1e2_wp
    !> The difference of A and B times this over the gain from A to B bounds the error of B.
    real(wp), parameter :: margin = 1.5_wp
@@ -85,12 +86,12 @@ module nutate_accuracy
    !> Tolerance of the second trial run over that of the first for the series: that run only measures the response to
    !> noise, and a coarse one costs half.
    real(wp), parameter :: other_ratio_of_series = 1e4_wp
-   !> A response that a draw of noise gave by accident may be smaller by this factor than that of another.
+   !> Factor by which the response to one draw of noise may be smaller than that to another by coincidence.
    real(wp), parameter :: by_accident = 50.0_wp
    !> Part of the accuracy above which a floor is measured twice, and the larger value is used.
    real(wp), parameter :: doubtful_floor = 1.0_wp/30.0_wp
-   !> Under torques momentum grows by like increments, which round alike: errors no longer cancel from step to step.
-   !> Beyond so many steps they are taken to add up.
+   !> Number of steps beyond which errors are treated as additive: under torques the momentum grows by similar
+   !> increments, whose rounding errors no longer cancel from step to step.
    real(wp), parameter :: cancelling_steps = 1000.0_wp
    !> Error of an attitude that is unknown, rad.
    real(wp), parameter :: unknown = pi
@@ -101,9 +102,9 @@ module nutate_accuracy
    real(wp), parameter :: aim = 2.5_wp, usual_power = 0.9_wp, most_change = 1e-5_wp, least_change = 0.1_wp
    !> Part of the gain by the order of an interpolation which shows that its error follows the order.
    real(wp), parameter :: believed_order = 0.5_wp
-   !> Steps of a trial run at most: hours of low orders end in a message after minutes.
+   !> Largest number of steps of a trial run: runs of low order that would need hours end with a message after minutes.
    integer(long), parameter :: most_steps = 100000000_long
-   !> Pairs of runs at most; runs, with two trial runs for each.
+   !> Largest number of pairs of runs; of runs, with two trial runs for each pair.
    integer, parameter :: most_rounds = 9, most_runs = 3*most_rounds
 
    !> Data kept of a run.

@@ -26,8 +26,8 @@ module nutate_error_control
 
    public :: error_control_t, is_evaluable
 
-   !> Number of events that end steps whose mean distance limits the next steps, and the factor by which a step may be
-   !> longer: motion beyond the next of them is computed, and searched for events, in vain.
+   !> Number of last events that ended steps; their mean distance times the second limits the length of steps, since the
+   !> part of a step after such an event is discarded.
    integer, parameter :: cuts_kept = 8
    real(wp), parameter :: reach_over_cuts = 2.0_wp
 

@@ -194,15 +194,15 @@ contains
          if (observer%wants_checkpoint) call offer()
       end subroutine poll_observer
 
-      !> Finds out whether an event, a switch or a sample is possible in the next step.
+      !> Determines whether an event, a switch or a sample is possible in the next step.
       subroutine see_ahead(step, watches, waits, quiet_until)
          !> Greatest length of the step, s.
          real(wp), intent(in) :: step
-         !> The step must be searched for events.
+         !> True if the step must be searched for events.
          logical, intent(out) :: watches
-         !> A switch or a sample may be due at its end.
+         !> True if a switch or a sample may be due at its end.
          logical, intent(out) :: waits
-         !> A time, s, up to which there is no more to see than whole steps.
+         !> Time up to which only whole steps matter, s.
          real(wp), intent(out) :: quiet_until
          type(state_t) :: seen
          real(wp) :: sense

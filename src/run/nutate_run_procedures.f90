@@ -242,8 +242,8 @@ contains
       if (status%ok()) call begin_sensitivities(self, variations, system, status)
    end procedure differentiate
 
-   !> Has the steps taken in the space axes of the system: derivatives by the elements of an orbit require that. Errors:
-   !> those of `begin`.
+   !> Makes the steps use the space axes of the system, as derivatives with respect to the elements of an orbit require.
+   !> Errors: those of `begin`.
    subroutine step_in_space_axes(self, system, status)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -464,7 +464,7 @@ contains
       if (status%ok()) call self%run_to_end(system, status, observer)
    end procedure run_to
 
-   !> Leaves to a plan the times of rows that come after the present time, if the run has made steps.
+   !> Removes from a plan the times of rows up to the present time, if the run has made steps.
    pure subroutine drop_passed_times(self, plan)
       class(run_t), intent(in) :: self
       !> Plan with its end time.

@@ -115,7 +115,7 @@ contains
       speed = system%effects%wheels(self%wheel)%speed_of(motion%state%wheel_momentum(self%wheel), motion%omega)
    end function speed
 
-   !> ḣ/Jw - s·Ω̇
+   !> Returns the rate of the speed, ḣ/Jw - s·Ω̇, rad/s².
    pure real(wp) function speed_rate(self, system, motion)
       class(speed_event_t), intent(in) :: self
       type(system_t), intent(in) :: system

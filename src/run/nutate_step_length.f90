@@ -1,5 +1,5 @@
-!> The length of a step from the estimate of the error of the step before: the elementary controller, which keeps the
-!> length as long as another one gains little.
+!> The length of a step from the estimated error of the step before: the elementary controller, which keeps the length
+!> unless another one gains enough.
 module nutate_step_length
    use nutate_kinds, only: wp, eps
    implicit none
@@ -27,8 +27,8 @@ module nutate_step_length
 
    ! "Costs" below: instructions of a run on six scenes, by orders 4 and 8 and dop853, to tolerances of 1e-4 and 1e-8.
 
-   !> Part of the growth that the estimate allows which is taken. 0.7 costs 9 % more; 0.95 the same on average, but up
-   !> to a third more if steps are then rejected.
+   !> Fraction of the growth allowed by the estimate that is used. 0.7 costs 9 % more; 0.95 costs the same on average,
+   !> but up to a third more if steps are then rejected.
    real(wp), parameter :: safety = 0.85_wp
    !> A step changes only if it can grow by the first or must shrink to less than the second: another length needs
    !> another Jacobian and has no predictor. To change it always costs 7 % on average, to wait for 1.5 up to 13 %.
@@ -91,7 +91,7 @@ contains
       class(step_length_t), intent(inout) :: self
       !> Length of the step, s, the factor by which it could grow, and the rotation in it, rad.
       real(wp), intent(in) :: step, growth, turn
-      ! A step shortened to end somewhere says nothing against longer ones.
+      ! A step that was shortened to end at a given time is no reason against longer ones.
       if (step < self%next .and. growth >= 1.0_wp) return
       if (growth >= worth_while .or. growth < still_fits) self%next = step*growth
       if (self%next*turn > step*largest_turn) self%next = step*largest_turn/turn

@@ -16,9 +16,9 @@ module nutate_step_subdivision
    !> by less than about 2 rad: a step that fails in 1024 parts fails for another reason, or was meant to be another
    !> step.
    integer, parameter :: deepest_level = 10
-   !> Lengths that continuation may try whatever the limit of steps: a step in 1024 parts needs about so many, and is
-   !> not to fail for a small limit. Beyond, and beyond ten times the steps allowed, a step is not subdivided further:
-   !> such a run has failed, and does not go on from an archive.
+   !> Number of lengths that continuation may always try, whatever the limit of steps: a step in 1024 parts needs about
+   !> as many, and must not fail because of a small limit. Beyond this number, and beyond ten times the allowed steps, a
+   !> step is not subdivided further: such a run has failed, and is not continued from checkpoint data.
    integer(long), parameter :: spare_tries = 1000
 
 contains

@@ -37,8 +37,8 @@ module nutate_state
       real(wp) :: wheel_work(2, most_inner) = 0.0_wp
       !> Work of time-dependent potentials since the state was made, J.
       real(wp) :: time_dependent_work = 0.0_wp
-      !> Time up to which the work of time-dependent potentials is counted, s; differs from `t` by a rounding if `t` was
-      !> set to the end of a step.
+      !> Time up to which the work of time-dependent potentials is included, s; differs from `t` by a rounding if `t`
+      !> was set to the end of a step.
       real(wp) :: time_dependent_until = -huge(1.0_wp)
       !> Target values of the invariants, for steppers that project onto them.
       type(energy_balance_t) :: balance = energy_balance_t()
@@ -190,7 +190,7 @@ contains
       call archive%transfer(self%other_axes%t)
    end subroutine transfer_wheels
 
-   !> Compensated summation: adds an increment to a sum kept as `total + compensation`.
+   !> Adds an increment to a sum kept as `total + compensation`, by compensated summation.
    !>
    !> Kahan's summation (1965) with the error of each sum from Knuth's two-sum: the rounding error of a sum is added to
    !> the next increment. Two-sum gives this error exactly, whichever of sum and increment is larger, and the rounding

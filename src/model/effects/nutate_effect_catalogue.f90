@@ -38,7 +38,7 @@ module nutate_effect_catalogue
       end subroutine build_effect
    end interface
 
-   !> Room for effects.
+   !> Largest number of kinds of effects.
    integer, parameter :: most_kinds = 32
 
    !> An effect that a scene can name.

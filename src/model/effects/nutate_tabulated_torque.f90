@@ -20,7 +20,7 @@ module nutate_tabulated_torque
 
    public :: tabulated_torque_t, build_tabulated_torque, make_tabulated_torque, check_table, make_body_curve
 
-   !> Length of a period, over the size of a time, below which its rounds differ by rounding alone.
+   !> Least length of a period over the size of a time: shorter periods differ by rounding alone.
    real(wp), parameter :: least_round = 4*eps
    character(len=*), parameter :: three_numbers = 'a line of the table has a wrong length (expected three numbers)'
 
@@ -83,9 +83,9 @@ contains
       if (status%ok()) allocate (effect, source=torque)
    end subroutine build_tabulated_torque
 
-   !> Makes the curve of a table of the body, from t = 0 or before to t = 0 or after. Errors: those of `check_table`;
-   !> `NUTATE_BAD_ARGUMENT` for lines without three numbers, for times that repeat, and for a table that does not
-   !> contain t = 0.
+   !> Makes the curve of a table that belongs to the body (inertia, centre of mass) and contains t = 0. Errors: those of
+   !> `check_table`; `NUTATE_BAD_ARGUMENT` for lines without three numbers, for times that repeat, and for a table that
+   !> does not contain t = 0.
    subroutine make_body_curve(times, values, spline, of, key, curve, status, at)
       !> Times, s, and values; shapes (n), (3, n).
       real(wp), intent(in) :: times(:), values(:, :)

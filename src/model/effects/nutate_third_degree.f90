@@ -24,7 +24,7 @@ module nutate_third_degree
    public :: third_degree_t, third_degree_keys, build_third_degree, third_degree_on_orbit, third_moments_of, &
       change_of_third_moments, check_points
 
-   !> Most points in a scene, as mass, x, y, z; a file may have any number.
+   !> Largest number of points in a scene, each as mass, x, y, z; a file may have any number.
    integer, parameter :: most_points = 64
    !> Components of the ten third moments, in the order of the key.
    integer, parameter :: components(3, 10) = reshape([1, 1, 1, 2, 2, 2, 3, 3, 3, 1, 1, 2, 1, 1, 3, 1, 2, 2, 2, 2, 3, &
@@ -42,7 +42,7 @@ module nutate_third_degree
    type, extends(potential_t) :: third_degree_t
       !> S, body axes, kg m³; symmetric and without traces; shape (3,3,3).
       real(wp) :: moments(3, 3, 3) = 0.0_wp
-      !> Orbit of a body whose n moves.
+      !> Orbit along which n moves.
       type(kepler_orbit_t) :: path = kepler_orbit_t()
    contains
       procedure :: energy => cubic_energy
@@ -208,8 +208,8 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, 'gravity of third degree needs an orbit (expected &orbit)')
    end subroutine build_third_degree
 
-   !> Makes the effect as a scene's group describes it, on an orbit. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one
-   !> of third moments, points and table, and for points that are none.
+   !> Builds the effect on an orbit from its scene group. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of third
+   !> moments, points and table, and for invalid points.
    subroutine third_degree_on_orbit(group, orbit, effect, status)
       type(group_t), intent(in) :: group
       type(orbit_t), intent(in) :: orbit

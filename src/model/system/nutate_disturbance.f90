@@ -1,5 +1,4 @@
-!> A motion beside another one: the effect of errors of its data and of its initial state shows how it amplifies
-!> round-off.
+!> Disturbs a motion: the effect of errors of its data and of its initial state shows how it amplifies round-off.
 module nutate_disturbance
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, system_t
    use nutate_kinds, only: wp
@@ -15,7 +14,7 @@ module nutate_disturbance
 contains
 
    !> Adds noise η to a system and a state: to J⁻¹ and the principal moments, to the attitude (rad), and to the angular
-   !> velocity, as part of its size and in any direction.
+   !> velocity, relative to its size and in any direction.
    pure subroutine disturb_problem(noise, system, state)
       type(noise_t), intent(inout) :: noise
       type(system_t), intent(inout) :: system

@@ -30,7 +30,7 @@ module nutate_event
    !> unique.
    type :: part_t
       real(wp) :: value = 0.0_wp, wrap = 0.0_wp
-      !> Derivative of the value by time.
+      !> Time derivative of the value.
       real(wp) :: rate = 0.0_wp
    end type part_t
 
@@ -44,7 +44,7 @@ module nutate_event
       !> Period of the quantity if positive, such as 2π for an angle. A wrap is no crossing: runs follow the quantity
       !> continuously.
       real(wp) :: period = 0.0_wp
-      !> 1: only where the quantity grows; -1: only where it falls; 0: both. For crossings.
+      !> Direction of crossings: 1: only growing; -1: only falling; 0: both.
       integer :: direction = 0
       !> The run ends at the first occurrence, or at the `count`-th if `count` is positive.
       logical :: stop = .false.
@@ -74,7 +74,7 @@ module nutate_event
       !> Returns true if the quantity cannot reach its value for a time, so that no search is needed; `.false.` unless
       !> overridden.
       procedure :: is_out_of_reach => not_known
-      !> Returns the direction that counts: 1, -1 or 0, either.
+      !> Returns the direction of change that is an event: 1, -1 or 0, either.
       procedure, non_overridable :: counted_direction
    end type event_t
 
@@ -182,7 +182,8 @@ module nutate_event
          type(motion_t), intent(in) :: motion
       end function time_scale
 
-      !> Returns the direction of change that counts: of g for a crossing, of ġ for an extremum; 1, -1 or 0, either.
+      !> Returns the direction of change that is an event: of g for a crossing, of ġ for an extremum; 1, -1 or 0,
+      !> either.
       pure integer module function counted_direction(self)
          class(event_t), intent(in) :: self
       end function counted_direction

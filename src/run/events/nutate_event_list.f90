@@ -17,7 +17,7 @@ module nutate_event_list
    contains
       !> Adds a copy of an event.
       procedure :: add => add_event
-      !> Number of events.
+      !> Returns the number of events.
       procedure :: count => count_events
    end type event_list_t
 

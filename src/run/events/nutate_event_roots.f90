@@ -18,9 +18,9 @@ module nutate_event_roots
 
    public :: curve_t, node_t, find_first_root
 
-   !> Halvings: parts of a quarter of the step, which are evaluated at their quarters in turn; parts of a sixty-fourth
-   !> if evaluation is cheap; more, to that or to about a thousandth if it is cheap, while the body rotates by over a
-   !> radian in a part.
+   !> Largest numbers of halvings: down to a quarter of the step, which is evaluated at its quarters in turn; to a
+   !> sixty-fourth if evaluation is cheap; further, to a sixty-fourth or, if it is cheap, to about a thousandth, while
+   !> the body rotates by over a radian in a part.
    integer, parameter :: enough = 2, enough_cheap = 6, deepest = 6, deepest_cheap = 10
    real(wp), parameter :: great_turn = 1.0_wp
    !> Factor by which the reach of a function may exceed its estimate.
@@ -32,7 +32,7 @@ module nutate_event_roots
    real(wp), parameter :: shallow = 1e-9_wp
    !> Largest number of halvings of a polynomial, beyond which its roots are not distinguished.
    integer, parameter :: most_halvings = 40
-   !> Evaluations at most, of a root and of an extremum; both take two to five.
+   !> Largest number of evaluations for a root and for an extremum; both usually need two to five.
    integer, parameter :: most_tries = 60, most_evaluations = 24
    !> An increment of Newton's iteration, in steps, the square of which is below round-off.
    real(wp), parameter :: last_increment = 1e-9_wp
@@ -339,7 +339,7 @@ contains
          return
       end if
       polynomial = through_five(nodes%f, width*nodes%slope)
-      ! At a root the side counts, whatever the sign that rounding leaves.
+      ! At a root the side is used, whatever the sign that rounding leaves.
       polynomial%c(0) = sign(max(abs(polynomial%c(0)), tiny(size)), real(nodes(1)%side, wp))
       polynomial%c(polynomial%degree) = sign(max(abs(polynomial%c(polynomial%degree)), tiny(size)), &
                                              real(nodes(5)%side, wp))

@@ -47,8 +47,8 @@ module nutate_event_times
 
 contains
 
-   !> Computes the derivative of the time of an event by each sensitivity; not allocated if the quantity only touches
-   !> its level: the time then has no derivative.
+   !> Computes the derivative of the time of an event with respect to the parameter of each sensitivity; not allocated
+   !> if the quantity only touches its level: the time then has no derivative.
    subroutine find_time_change(event, system, window_time, state, scale, tangent, change)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system

@@ -23,7 +23,8 @@ module nutate_event_tracker
    !> does not conserve it exactly is within the margins.
    integer, parameter :: most_asleep = 1024
 
-   !> Places in a step, and values of families, that are remembered: the search for each event evaluates the same few.
+   !> Largest numbers of positions in a step, and of values of families, that are stored: the search for each event
+   !> evaluates the same few.
    integer, parameter :: most_places = 64, most_recalled = 64
 
    !> Motion at a position in the step that is searched.
@@ -52,19 +53,19 @@ module nutate_event_tracker
       real(wp), allocatable :: time_change(:)
       !> Largest last increment of an iteration for a time, s.
       real(wp) :: worst = 0.0_wp
-      !> The side of zero at the end of the last step, 1 or -1; 0: not known. With a period, if it is known, the
-      !> function is from `cell` periods on, up to one more; the last event was at so many periods as `at` says.
+      !> Side of zero at the end of the last step, 1 or -1; 0: not known. With a period, and if the side is known, the
+      !> function is between `cell` and `cell` + 1 periods; the last event was at `at` periods.
       integer :: side = 0
       real(wp) :: cell = 0.0_wp, at = 0.0_wp
-      !> The last step ended on the event: the function is zero there, but for so much of its unit, unless a switch has
-      !> moved it. 0: the step ended elsewhere.
+      !> If the last step ended on the event: distance from zero that is treated as zero there, in the unit of the
+      !> function, unless a switch has moved the function. 0: the step ended elsewhere.
       real(wp) :: near = 0.0_wp
       !> Function at the end of the last step, and its derivative by time; parts of the function, angles followed from
       !> the first step on.
       real(wp) :: f = 0.0_wp, slope = 0.0_wp
       type(part_t) :: parts(most_parts) = part_t()
       logical :: followed = .false.
-      !> Failure for a quantity that was not finite between two steps; zero takes its place there.
+      !> Failure for a quantity that was not finite between two steps, where zero is used instead.
       type(status_t) :: start_status
       !> The function has jumped since the last step, because torques have begun or ceased to act, or potentials were
       !> switched.

@@ -3,7 +3,7 @@
 !> The inertia of the body is J(t) = J + ΔJ(t), J that of t = 0. An effect adds a ΔJ(t) that is a polynomial between two
 !> times: a rate within a window, or the polynomials of a table. Masses that stay keep the angular momentum, and their
 !> motors do the work ½ΔLᵀJ⁻¹L of the dependence on time, of power -½ Ωᵀ(dJ/dt)Ω. Masses that leave the body at the
-!> velocity of their place carry momentum away: the torque (dJ/dt)Ω.
+!> velocity of their position carry momentum away: the torque (dJ/dt)Ω.
 module nutate_inertia_change
    use nutate_body, only: body_t, diagonal, symmetric
    use nutate_effect, only: effect_t, parameter_t, torque_t, GENERAL_SERIES

@@ -1,4 +1,4 @@
-!> Count of how often the command of a controller has reached a limit.
+!> Number of times that the command of a controller has reached a limit.
 module nutate_saturation_count
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp

@@ -43,7 +43,7 @@ module nutate_orbit_group
 contains
 
    !> Builds an orbit from its scene group. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of semi-major axis,
-   !> altitude, periapsis distance and table, for an ellipse that is none, and for the axes, or an altitude, of an
+   !> altitude, periapsis distance and table, for an eccentricity out of range, and for an altitude or LVLH axes of an
    !> eccentric orbit.
    subroutine build_orbit(group, body, effect, status)
       type(group_t), intent(in) :: group

@@ -19,8 +19,8 @@ module nutate_rotating_frame_group
 
 contains
 
-   !> Builds a frame from its scene group. Errors: `NUTATE_BAD_ARGUMENT` unless it gives a rate or a latitude, or
-   !> for a latitude that is none.
+   !> Builds a frame from its scene group. Errors: `NUTATE_BAD_ARGUMENT` unless it gives either a rate or a latitude,
+   !> and for a latitude out of range.
    subroutine build_rotating_frame(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
