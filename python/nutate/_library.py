@@ -1,4 +1,4 @@
-"""Finds the C library, declares what is called of it, and turns its statuses into exceptions."""
+"""Finds the C library, declares its functions, and turns its statuses into exceptions."""
 
 from __future__ import annotations
 
@@ -205,19 +205,19 @@ def warn(message: str) -> None:
 
 
 def refusal(message: str) -> NutateValueError:
-    """The error of an argument that the library has not seen."""
+    """Returns the error of an argument that the library has not seen."""
     return NutateValueError(BAD_ARGUMENT, message)
 
 
 def failure(status: int, message: str) -> NutateError:
-    """The error of a status."""
+    """Returns the error of a status."""
     if status == IO:
         return NutateOSError(status, message)
     return (NutateValueError if status in (BAD_ARGUMENT, BAD_BODY, BAD_SCENE) else NutateError)(status, message)
 
 
 def installed_with() -> list[str]:
-    """The library that was installed together with this package, if it was: where `make install` says, or beside it if moved."""
+    """Returns the library that was installed with this package, if any: at the path of `make install`, or beside the package if moved."""
     try:
         beside = os.path.join(os.path.dirname(os.path.abspath(__file__)), *[os.pardir] * 4, "lib", SONAME)
         return [importlib.import_module("._location", __package__).LIBRARY, beside]
@@ -226,7 +226,7 @@ def installed_with() -> list[str]:
 
 
 def load() -> ctypes.CDLL:
-    """The library, with its functions declared."""
+    """Returns the library, with its functions declared."""
     named = os.environ.get("NUTATE_LIBRARY")
     bundled = os.path.join(os.path.dirname(os.path.abspath(__file__)), BUNDLED)
     places = [named] if named else [*([bundled] if os.path.exists(bundled) else installed_with()), os.path.join(sys.prefix, "lib", SONAME), SONAME]
@@ -258,14 +258,14 @@ Name = ctypes.c_char * NAME_SIZE
 
 
 def text_of(function: Any, *arguments: Any) -> str:
-    """What a function with (buffer, size) at its end writes there."""
+    """Returns the string that a function with (buffer, size) at its end writes."""
     buffer = Message()
     check(function(*arguments, buffer, MESSAGE_SIZE))
     return buffer.value.decode("utf-8", "replace")
 
 
 def name_of(function: Any, handle: Any, i: int) -> str:
-    """The name that a function with (handle, i, buffer, size) writes."""
+    """Returns the name that a function with (handle, i, buffer, size) writes."""
     buffer = Name()
     check(function(handle, i, buffer, NAME_SIZE))
     return buffer.value.decode()
@@ -295,7 +295,7 @@ def answer(function: Any, *arguments: Any) -> tuple[int, str]:
 
 
 def create(function: Any, *arguments: Any) -> ctypes.c_void_p:
-    """The handle that a create function makes."""
+    """Returns the handle that a create function makes."""
     handle = ctypes.c_void_p()
     check(*answer(function, *arguments, ctypes.byref(handle)))
     return handle
@@ -327,7 +327,7 @@ DEGREE_UNITS = re.compile(r"(?:(?:°|deg(?:rees?)?)(?:\s*(?:/|per|\*)?\s*s(?:ec(
 
 
 def attributed_units(values: Any) -> list[str]:
-    """The units in the attributes of an object of xarray, pandas or h5py; pandas has those of all columns by their names."""
+    """Returns the units in the attributes of an object of xarray, pandas or h5py; pandas has those of all columns by their names."""
     units = values.attrs.get("units") if hasattr(values.attrs, "get") else None
     if isinstance(units, Mapping):
         names = getattr(values, "columns", None)
@@ -338,12 +338,12 @@ def attributed_units(values: Any) -> list[str]:
 
 
 def names_degrees(values: Any) -> bool:
-    """True for an object whose attributes name degrees, or degrees per second."""
+    """Returns true for an object whose attributes name degrees, or degrees per second."""
     return hasattr(values, "attrs") and any(unit.strip() and DEGREE_UNITS.fullmatch(unit.strip()) for unit in attributed_units(values))
 
 
 def is_expected(unit: str, degrees: bool) -> bool:
-    """True for a coherent unit of the SI; if `degrees`, angles and their rates are in degrees instead of radians."""
+    """Returns true for a coherent unit of the SI; if `degrees`, angles and their rates are in degrees instead of radians."""
     return bool(SI_UNITS.fullmatch(unit) and not (degrees and "rad" in unit) or degrees and DEGREE_UNITS.fullmatch(unit))
 
 
@@ -370,7 +370,7 @@ def refuse_units(values: Any, name: str, degrees: Optional[bool] = False) -> Non
 
 
 def doubles(values: Any, name: str, degrees: Optional[bool] = False) -> Array:
-    """A contiguous array of doubles. Masked, complex and calendar values are rejected: NumPy would convert what is under the mask,
+    """Returns a contiguous array of doubles. Masked, complex and calendar values are rejected: NumPy would convert what is under the mask,
     the real part, and a count of some unit of time; quantities with a unit, too."""
     if type(values) is np.ndarray and values.dtype is FLOAT:
         return np.asarray(values, order="C")
@@ -396,7 +396,7 @@ def doubles(values: Any, name: str, degrees: Optional[bool] = False) -> Array:
 
 
 def number(value: Any, name: str) -> float:
-    """A float. Rejects what `doubles` rejects: `float` would ignore units, imaginary parts and masks."""
+    """Returns a float. Rejects what `doubles` rejects: `float` would ignore units, imaginary parts and masks."""
     if isinstance(value, float):
         return float(value)
     if isinstance(value, (np.ndarray, np.generic)):
@@ -414,7 +414,7 @@ GREATEST_INT, GREATEST_LONG = 2**31 - 1, 2**63 - 1
 
 
 def whole(value: Any, name: str, least: int, greatest: int = GREATEST_LONG) -> int:
-    """An integer in its range."""
+    """Returns an integer in its range."""
     n = operator.index(value)
     if not least <= n <= greatest:
         raise refusal(f"{name} is {shown(n)} (expected {least} to {greatest})")
@@ -422,7 +422,7 @@ def whole(value: Any, name: str, least: int, greatest: int = GREATEST_LONG) -> i
 
 
 def digits(value: Any, name: str) -> str:
-    """An integer as a scene file writes it."""
+    """Returns an integer as a scene file writes it."""
     try:
         return str(int(value))
     except ValueError as error:
@@ -430,7 +430,7 @@ def digits(value: Any, name: str) -> str:
 
 
 def shown(value: Any) -> str:
-    """How a message shows a value. Python refuses to write integers of more than some thousand digits."""
+    """Returns a value as text for messages. Python refuses to write integers of more than some thousand digits."""
     try:
         return repr(value)
     except ValueError:
@@ -438,7 +438,7 @@ def shown(value: Any) -> str:
 
 
 def vector(values: npt.ArrayLike, size: int, name: str, degrees: bool = False) -> Array:
-    """A contiguous array of so many doubles."""
+    """Returns a contiguous array of so many doubles."""
     array = doubles(values, name, degrees)
     if array.shape != (size,):
         raise refusal(f"{name} has shape {array.shape} (expected {size} numbers)")
@@ -446,14 +446,14 @@ def vector(values: npt.ArrayLike, size: int, name: str, degrees: bool = False) -
 
 
 def quaternion(q: Any, name: str = "q") -> Array:
-    """Four numbers, scalar first, of such an array or of a Rotation of SciPy."""
+    """Returns four numbers, scalar first, of an array or of a Rotation of SciPy."""
     if type(q) is not np.ndarray and hasattr(q, "as_quat"):
         return vector(np.roll(q.as_quat(), 1), 4, name) if np.ndim(q.as_quat()) == 1 else vector(q.as_quat(), 4, name)
     return vector(q, 4, name)
 
 
 def bounds_of(values: Optional[npt.ArrayLike], names: Sequence[str]) -> Optional[list[float]]:
-    """The bounds of a callback as floats; None where there are none. Tested before the callback is added."""
+    """Returns the bounds of a callback as floats, or None; they are tested before the callback is added."""
     if values is None:
         return None
     bounds = [float(value) for value in vector(values, len(names), "bounds")]
@@ -464,7 +464,7 @@ def bounds_of(values: Optional[npt.ArrayLike], names: Sequence[str]) -> Optional
 
 
 def pointer(array: Optional[Array]) -> Any:
-    """What C sees of an array of doubles; None is NULL."""
+    """Returns a pointer to an array of doubles for C; NULL for None."""
     if array is None:
         return None
     memory: Any = array
@@ -488,7 +488,7 @@ SIGINT = int(signal.SIGINT)
 
 
 def note(number: int, frame: Any) -> None:
-    """Takes a signal in place of its handler."""
+    """Notes a signal instead of its handler."""
     noted.append((number, frame))
     if len(noted) > 1 and waiting:
         waiting[-1](number, frame)
@@ -499,7 +499,7 @@ ticking: list[Callable[[], Any]] = []
 
 
 def wants_to_stop(_: Any) -> int:
-    """The answer to a run that asks whether to stop."""
+    """Returns the answer of the poll callback: 1 to stop the run."""
     if ticking:
         ticking[-1]()
     return 1 if noted and get_ident() == main_thread().ident else 0
@@ -509,7 +509,7 @@ asked = PollCallback(wants_to_stop)
 
 
 def interruptible(function: Any, *arguments: Any) -> int:
-    """The status of a function of the library, which Ctrl-C ends where it asks; raise_interrupt is to follow."""
+    """Returns the status of a function of the library, which Ctrl-C ends at its next poll; call raise_interrupt afterwards."""
     handler = get_handler(SIGINT)
     status: int
     if handler is note or not callable(handler):

@@ -84,13 +84,13 @@ class Owner(KnownAttributes):
             raise
 
     def _read(self, name: str, *shape: int) -> Array:
-        """The numbers that a function of this handle writes."""
+        """Returns the numbers that a function of this handle writes."""
         values = np.empty(shape)
         self._call(name, pointer(values))
         return values
 
     def _count(self, name: str, *arguments: Any, kind: Any = ctypes.c_size_t) -> int:
-        """The count that a function of this handle writes, its last argument."""
+        """Returns the count that a function of this handle writes, its last argument."""
         count = kind()
         self._call(name, *arguments, ctypes.byref(count))
         return int(count.value)
@@ -130,13 +130,13 @@ class Recipe(Owner):
 
 
 def digest_of(path: str) -> str:
-    """SHA-256 of a file."""
+    """Returns the SHA-256 of a file."""
     with open(path, "rb") as file:
         return hashlib.sha256(file.read()).hexdigest()
 
 
 def make_again(kind: Any, given: tuple[tuple[Any, ...], dict[str, Any]], additions: tuple[Any, ...], files: dict[str, str]) -> Any:
-    """An owner made as another one was. Raises NutateValueError if a file that it was made from has changed."""
+    """Makes an owner in the same way as another one. Raises NutateValueError if a file that it was made from has changed."""
     for path, digest in files.items():
         if os.path.isfile(path) and digest_of(path) != digest:
             raise refusal(f"{path!r} has changed since the {kind.__name__} that is copied was made (expected the same file)")
@@ -165,7 +165,7 @@ class Callbacks:
         self._raised.error = None
 
     def _guard(self, kind: Any, evaluate: Callable[..., None]) -> Any:
-        """A callback of C that returns 1 where `evaluate` raises."""
+        """Returns a callback for C that returns 1 if `evaluate` raises."""
         raised = self._raised
 
         def call(*arguments: Any) -> int:
@@ -181,7 +181,7 @@ class Callbacks:
         return guarded
 
     def torque(self, function: Callable[..., npt.ArrayLike]) -> Any:
-        """tau = function(t, q, omega)"""
+        """Evaluates tau = function(t, q, omega)."""
         three, four = Views(3), Views(4)
 
         def evaluate(t: float, q: int, omega: int, _: Any, tau: int) -> None:
@@ -190,7 +190,7 @@ class Callbacks:
         return self._guard(TorqueCallback, evaluate)
 
     def potential(self, function: Callable[..., Any]) -> Any:
-        """energy, gradient = function(gamma)"""
+        """Evaluates energy, gradient = function(gamma)."""
         one, three = Views(1), Views(3)
 
         def evaluate(gamma: int, _: Any, energy: int, gradient: int) -> None:
@@ -205,7 +205,7 @@ class Callbacks:
         return self._guard(PotentialCallback, evaluate)
 
     def hessian(self, function: Optional[Callable[..., npt.ArrayLike]]) -> Any:
-        """hessian = function(gamma), or None"""
+        """Evaluates hessian = function(gamma), or returns None without a function."""
         if function is None:
             return HessianCallback()
         three, nine = Views(3), Views(9)
@@ -216,7 +216,7 @@ class Callbacks:
         return self._guard(HessianCallback, evaluate)
 
     def quantity(self, function: Callable[..., float]) -> Any:
-        """g = function(t, q, omega)"""
+        """Evaluates g = function(t, q, omega)."""
         one, three, four = Views(1), Views(3), Views(4)
 
         def evaluate(t: float, q: int, omega: int, _: Any, g: int) -> None:

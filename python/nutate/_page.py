@@ -1,4 +1,4 @@
-"""A motion as a web page: the body that turns, the path of its axis or of its centre of mass, the polhode, and curves with a moving
+"""A motion as a web page: the rotating body, the path of its axis or of its centre of mass, the polhode, and curves with a moving
 cursor. The page holds all that it needs."""
 
 from __future__ import annotations
@@ -227,7 +227,7 @@ def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System]
 
 
 def scene_rows(scene: Scene, times: Optional[Array]) -> History:
-    """The rows of a scene at some times, or at many even ones, with all columns that are shown."""
+    """Returns the rows of a scene at given times, or at many equidistant ones, with all columns that are shown."""
     _, *overrides = scene._given[0]
     facts = scene._given[1]
     end = scene.plan[1]
@@ -277,12 +277,12 @@ def frames_of(run: Callable[[Array], Rows], overview: Rows, start: Optional[floa
 
 
 def rate_of(rows: Rows) -> Array:
-    """Magnitude of the angular velocity, rad/s."""
+    """Returns the magnitude of the angular velocity, rad/s."""
     return np.asarray(np.linalg.norm(stacked(dict(rows), "omega", range(1, 4)), axis=1))
 
 
 def times_by_turn(t: Array, omega: Array, start: float) -> Array:
-    """Times of frames from a time on: one for each FRAME_TURN that the body turns, or its angular velocity in the body, and so many
+    """Times of frames from a time on: one for each FRAME_TURN that the body rotates, or its angular velocity in the body, and as many
     more that a slow motion is smooth."""
     steps = np.abs(np.diff(t))
     # The greater rate of two rows, as the motion between them may be either.
@@ -300,7 +300,7 @@ def times_by_turn(t: Array, omega: Array, start: float) -> Array:
 
 
 def largest_turn(rows: Rows) -> float:
-    """The largest angle between the attitudes of two rows, rad, or what the angular velocity makes of it."""
+    """Returns the largest angle between the attitudes of two rows, rad, or that which follows from the angular velocity."""
     q = stacked(dict(rows), "q", range(4))
     q = q / np.linalg.norm(q, axis=1)[:, None]
     angles = 2 * np.arccos(np.minimum(1.0, np.abs(np.sum(q[1:] * q[:-1], axis=1))))
@@ -310,7 +310,7 @@ def largest_turn(rows: Rows) -> float:
 
 
 def factors_of(rows: Rows) -> tuple[float, list[float]]:
-    """How fast it is shown, 1: real time, and what can be chosen."""
+    """Returns the speed of the animation, 1: real time, and the speeds that can be chosen."""
     rate = float(np.max(rate_of(rows)))
     span = abs(float(rows["t"][-1] - rows["t"][0]))
     factor = 1.0
@@ -320,15 +320,15 @@ def factors_of(rows: Rows) -> tuple[float, list[float]]:
 
 
 def nice(number: float) -> float:
-    """1, 2 or 5 times a power of ten, at most the number."""
+    """Returns the largest 1, 2 or 5 times a power of ten that does not exceed a number."""
     power = 10.0 ** np.floor(np.log10(number))
     best = max(step for step in (1, 2, 5) if step * power <= number * (1 + 1e-9))
     return float(f"{best * power:.3g}")
 
 
 def path_of(system: System, surface: Surface, rows: Rows) -> dict[str, Any]:
-    """What is followed: the centre of mass where it is not near the reference point, else the axis of symmetry, else the body axis
-    that is nearest to the angular momentum at the start."""
+    """Returns the path to draw: that of the centre of mass if it is not near the reference point, else of the axis of symmetry, else of
+    the body axis     that is nearest to the angular momentum at the start."""
     center = system.center_of_mass
     if np.linalg.norm(center) > NEAR * surface.size:
         return {"name": "the centre of mass", "point": center, "hangs": True}
@@ -342,14 +342,14 @@ def path_of(system: System, surface: Surface, rows: Rows) -> dict[str, Any]:
 
 
 def rotated(q: Array, u: Array) -> Array:
-    """Vectors u turned by unit quaternions q; shapes (..., 3) and (..., 4)."""
+    """Rotates vectors u by unit quaternions q; shapes (..., 3) and (..., 4)."""
     a, v = q[..., :1], q[..., 1:]
     return np.asarray(u + 2 * np.cross(v, np.cross(v, u) + a * u))
 
 
 def page_of(rows: Rows, overview: Rows, events: Sequence[tuple[str, float]], system: System,
             surface: Surface, scene: Optional[Scene], title: str, play: bool, begin: float, notes: list[str]) -> str:
-    """The text of the page."""
+    """Returns the text of the page."""
     rows, overview = with_angles(with_momentum(rows, system)), with_angles(overview)
     path = path_of(system, surface, rows)
     factor, factors = factors_of(rows)
@@ -373,7 +373,8 @@ def page_of(rows: Rows, overview: Rows, events: Sequence[tuple[str, float]], sys
 
 
 def with_momentum(rows: Rows, system: System) -> Rows:
-    """The rows with the angular momentum, space axes. Attitude and rate do not tell that of wheels and inner spheres."""
+    """Returns the rows with the angular momentum, space axes, which attitude and rate do not determine for bodies with wheels or
+    inner spheres."""
     if all(name in rows for name in MOMENTUM):
         return rows
     q, omega = stacked(dict(rows), "q", range(4)), stacked(dict(rows), "omega", range(1, 4))
@@ -391,7 +392,7 @@ def with_momentum(rows: Rows, system: System) -> Rows:
 
 
 def with_angles(rows: Rows) -> Rows:
-    """The rows with the Euler angles φ, between -π and π, and θ, unless they have the angles of the LVLH frame."""
+    """Returns the rows with the Euler angles φ, between -π and π, and θ, unless they have the angles of the LVLH frame."""
     if "roll" in rows:
         return rows
     q = stacked(dict(rows), "q", range(4))
@@ -419,7 +420,7 @@ def panels_of(rows: Rows) -> list[dict[str, Any]]:
 
 
 def packed(rows: Rows, names: set[str]) -> dict[str, str]:
-    """Columns as numbers of four bytes, enough for the eye, in base 64."""
+    """Encodes columns as numbers of four bytes, enough for the eye, in base 64."""
     return {name: base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode() for name, values in rows.items()
             if name in names}
 

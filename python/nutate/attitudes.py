@@ -52,7 +52,7 @@ def _converted(name: str, shape: tuple[int, ...], *arguments: tuple[Any, int],
 
 
 def _each_row(array: Array, n: int, advances: bool) -> Iterator[Any]:
-    """What C sees of n rows of an array, or n times of the whole: making a pointer takes NumPy longer than a conversion."""
+    """Returns the addresses for C of n rows of an array, or n times that of the whole: creating a pointer costs more than a conversion."""
     memory: Any = array
     size = memory.nbytes // n if advances and n else 0
     return (ctypes.c_double.from_buffer(memory, i * size) for i in range(n))
@@ -80,7 +80,7 @@ def matrix_from_quat(q: Any) -> Array:
     Returns
     -------
     array, shape (3, 3) or (n, 3, 3)
-        Matrix that takes body components to space components.
+        Matrix that converts body components to space components.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def quat_from_matrix(matrix: npt.ArrayLike) -> Array:
     Parameters
     ----------
     matrix : array, shape (3, 3) or (n, 3, 3)
-        Matrix that takes body components to space components, orthogonal to 1e-6.
+        Matrix that converts body components to space components, orthogonal to 1e-6.
 
     Returns
     -------

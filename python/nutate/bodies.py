@@ -113,7 +113,7 @@ class Bodies(Owner):
 
 @contextlib.contextmanager
 def in_place(array: Array, shape: tuple[int, ...], name: str) -> Any:
-    """The array itself where C can write to it, else a copy that is written back."""
+    """Returns the array itself if C can write to it, else a copy that is written back."""
     if not isinstance(array, np.ndarray) or array.dtype != np.float64 or array.shape != shape or not array.flags.writeable:
         raise refusal(f"{name} must be a writeable float64 array of shape {shape}")
     whole = doubles(array, name)
@@ -125,7 +125,7 @@ def in_place(array: Array, shape: tuple[int, ...], name: str) -> Any:
 
 
 def of_shape(values: npt.ArrayLike, shape: tuple[int, ...], name: str, kind: Any) -> npt.NDArray[Any]:
-    """A contiguous array of this type."""
+    """Returns a contiguous array of this type."""
     array = np.asarray(values) if kind is np.intc else doubles(values, name)
     if kind is np.intc and array.dtype.kind not in "iu":
         raise refusal(f"{name} must hold whole numbers")

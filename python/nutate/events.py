@@ -87,7 +87,7 @@ class History(KnownAttributes, dict):  # type: ignore[type-arg]
 
 
 def take_events(function: Any, handle: Any, n: int) -> list[Event]:
-    """The n events that a function of the library returns of a stepper or a history."""
+    """Returns the n events that a function of the library returns of a stepper or a history."""
     events = []
     for i in range(n):
         name, number, t = ctypes.create_string_buffer(NAME_SIZE), ctypes.c_int64(), ctypes.c_double()

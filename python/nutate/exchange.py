@@ -100,7 +100,7 @@ def tdb(epoch: str, time_system: str, t: npt.ArrayLike) -> Array:
 
 
 def wrong_epoch(epoch: str, time_system: str) -> Exception:
-    """The error of a date that is none."""
+    """Returns the error of an invalid date."""
     return refusal(f"{epoch!r} in {time_system!r} is not a date, or leaves the calendar (expected one such as "
                    "'2029-04-13T21:46:12.7' in TDB, TT, TAI or UTC, and times within the years 1583 to 9999, of UTC from 1972)")
 
@@ -250,7 +250,7 @@ class AttitudeRows(Columns):
         return times_conjugate(frame, doubles(q, "q"))
 
     def _start_of(self, epoch: Optional[str], time_system: Optional[str]) -> float:
-        """The time of a date after the first record, s."""
+        """Returns the time of a date after the first record, s."""
         if epoch is None:
             return 0.0
         return float(tdb(epoch, time_system or self.time_system, 0.0) - tdb(self.epoch, self.time_system, 0.0))
@@ -307,26 +307,26 @@ def product(a: Array, b: Array) -> Array:
 
 
 def times_conjugate(a: Array, b: Array) -> Array:
-    """The rotations b against a, conjugate of a times b, shape (..., 4), with a positive scalar."""
+    """Returns the rotations b against a, conjugate of a times b, shape (..., 4), with a positive scalar."""
     relative = product(a * [1.0, -1.0, -1.0, -1.0], b)
     return np.where(relative[..., :1] < 0, -relative, relative)
 
 
 def rotation_vectors(q: Array) -> Array:
-    """Rotation vectors of unit quaternions, shape (n, 3)."""
+    """Returns rotation vectors of unit quaternions, shape (n, 3)."""
     length = np.linalg.norm(q[:, 1:], axis=1, keepdims=True)
     safe = np.where(length > 0, length, 1.0)
     return q[:, 1:] * np.where(length > 0, 2 * np.arctan2(length, q[:, :1]) / safe, 2.0)
 
 
 def exponentials(v: Array) -> Array:
-    """Unit quaternions of rotation vectors, shape (n, 4)."""
+    """Returns unit quaternions of rotation vectors, shape (n, 4)."""
     half = np.linalg.norm(v, axis=1, keepdims=True) / 2
     return np.concatenate([np.cos(half), v / 2 * np.sinc(half / np.pi)], axis=1)
 
 
 def by_rate(v: Array, omega: Array) -> Array:
-    """The rates of change of rotation vectors v, shape (n, 3), of bodies with angular velocities omega, body axes."""
+    """Returns the rates of change of rotation vectors v, shape (n, 3), of bodies with angular velocities omega, body axes."""
     half = np.linalg.norm(v, axis=1, keepdims=True) / 2
     safe = np.where(half > 1e-4, half, 1.0)
     weight = np.where(half > 1e-4, (1 - safe / np.tan(safe)) / (4 * safe**2), 1 / 12)
@@ -335,7 +335,7 @@ def by_rate(v: Array, omega: Array) -> Array:
 
 
 def to_rate(v: Array, change: Array) -> Array:
-    """The angular velocities, body axes, of bodies whose rotation vectors v, shape (n, 3), change at these rates."""
+    """Returns the angular velocities, body axes, of bodies whose rotation vectors v, shape (n, 3), change at these rates."""
     angle = np.linalg.norm(v, axis=1, keepdims=True)
     safe = np.where(angle > 1e-3, angle, 1.0)
     weight = np.where(angle > 1e-3, (1 - np.sin(safe) / safe) / safe**2, 1 / 6)
@@ -345,7 +345,7 @@ def to_rate(v: Array, change: Array) -> Array:
 
 
 def body_text(system: System) -> str:
-    """A body as a group &body: its shape, if it is known to have one, else its inertia."""
+    """Returns a body as a group &body: its shape, if it is known to have one, else its inertia."""
     shape = shape_of(system)
     if shape is not None:
         return group("body", shape=shape[0], size=shape[1], mass=system.mass, center_of_mass=system.center_of_mass)
@@ -363,8 +363,8 @@ def constant_rate(q1: Array, q2: Array, s: Array) -> Array:
 
 
 def resampled(sol: Any, error: float, motion: Optional[Callable[[Array], tuple[Array, Array]]] = None) -> Array:
-    """Times such that a rotation at a constant rate between them keeps to an attitude error, rad. From the whole motion on, an
-    interval is halved as long as it turns the body by more than a radian, or that rotation departs from the motion by more than 0.9 of
+    """Finds times such that a rotation at a constant rate between them stays within an attitude error, rad. From the whole motion on,
+    an interval is halved as long as it rotates the body by more than a radian, or that rotation departs from the motion by more than 0.9 of
     the error at one of its quarters or at an end of a step inside it. That departure is ``h^2 |dOmega/dt|/8`` at its largest.
     `motion` returns attitudes and angular velocities at times, by default those of the dense output `sol`."""
     at: Callable[[Array], tuple[Array, Array]] = motion or sol
@@ -403,10 +403,10 @@ def distances(q1: Array, q2: Array) -> Array:
 
 
 class Exchange(Columns):
-    """What a Solution can be written as. With `error`, rows of its dense output are chosen so that a rotation at a constant rate
-    between them, which readers assume, keeps to this attitude error, rad. Without it the rows at `t_eval` are written; a solution
-    without `t_eval` has the ends of steps, and the error is 1e-5. 0 writes the rows as they are. Rows that are half a turn or more
-    apart are rejected."""
+    """Methods of a Solution that write it for other programs. With `error`, rows of its dense output are chosen so that a rotation at a constant rate
+    between them, which readers assume, stays within this attitude error, rad. Without it the rows at `t_eval` are written; a solution
+    without `t_eval` has the ends of steps, and the error is 1e-5. 0 writes the rows as they are. Rows that are half a revolution or
+    more apart are rejected."""
 
     _sol: Any
     system: System
@@ -523,17 +523,17 @@ class Exchange(Columns):
         return write_ck(spice, os.fsdecode(path), labels, spacecraft, tdb(labels["epoch"], labels["time_system"], t), q, omega)
 
     def _named(self, **given: Optional[str]) -> dict[str, str]:
-        """Epoch and names: those given, else those of the scene."""
+        """Returns epoch and names: those given, else those of the scene."""
         return {key: value for key in LABELS if (value := given.get(key) or self._labels.get(key, ""))}
 
     def _error_of(self, error: Optional[float]) -> float:
-        """The attitude error between rows: the one given, else the usual one if the rows are the ends of steps, or 0."""
+        """Returns the attitude error between rows: the one given, else the usual one if the rows are the ends of steps, or 0."""
         if error is not None:
             return number(error, "error")
         return USUAL_ERROR if self._sol is not None and np.array_equal(self.t, self._sol._ends["t"]) else 0.0
 
     def _knows_axes(self) -> bool:
-        """True unless the space axes are those of a rotating frame."""
+        """Returns true unless the space axes are those of a rotating frame."""
         try:
             self.system.space_axes(0.0)
         except NutateValueError:
@@ -573,7 +573,7 @@ class Exchange(Columns):
 
 
 def spiceypy() -> Any:
-    """The package spiceypy, where it is installed."""
+    """Returns the package spiceypy, if it is installed."""
     try:
         return importlib.import_module("spiceypy")
     except ImportError:
@@ -625,7 +625,7 @@ def check_replaced(path: str, start: bytes) -> None:
 
 
 def clock_text(spacecraft: int, origin: float) -> str:
-    """A clock kernel: ticks of a microsecond of TDB from an origin, s past J2000."""
+    """Returns a clock kernel: ticks of a microsecond of TDB from an origin, s past J2000."""
     number = -spacecraft
     lines = {"SCLK_KERNEL_ID": "@2026-01-01", f"SCLK_DATA_TYPE_{number}": "1", f"SCLK01_TIME_SYSTEM_{number}": "1",
              f"SCLK01_N_FIELDS_{number}": "2", f"SCLK01_MODULI_{number}": "10000000000 1000000", f"SCLK01_OFFSETS_{number}": "0 0",
@@ -635,7 +635,7 @@ def clock_text(spacecraft: int, origin: float) -> str:
 
 
 def frame_text(spacecraft: int, body: str) -> str:
-    """A frame kernel: the body's axes by its CK."""
+    """Returns a frame kernel: the body's axes by its CK."""
     code = 1000 * spacecraft
     lines = {f"FRAME_{body}": str(code), f"FRAME_{code}_NAME": f"'{body}'", f"FRAME_{code}_CLASS": "3", f"FRAME_{code}_CLASS_ID": str(code),
              f"FRAME_{code}_CENTER": str(spacecraft), f"CK_{code}_SCLK": str(spacecraft), f"CK_{code}_SPK": str(spacecraft)}

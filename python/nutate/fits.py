@@ -23,7 +23,7 @@ class FitResult:
     fun : array, shape (k,)
         Residuals.
     jac : array, shape (k, n)
-        Derivatives of the residuals by the parameters.
+        Derivatives of the residuals with respect to the parameters.
     cost : float
         Half the sum of the squares of `fun`, with the losses of the scene.
     success : bool

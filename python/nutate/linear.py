@@ -89,7 +89,7 @@ class Linearization:
         Parameters
         ----------
         feedback : array, shape (3, 6) or (m, n)
-            Matrix K in SI units: torques about the body axes by rotation vector and angular velocity, or all inputs by all states,
+            Matrix K in SI units: rows are torques about the body axes, columns rotation vector and angular velocity; or all inputs and states,
             with zeros for motors and wheel speeds.
 
         Returns
@@ -216,7 +216,7 @@ def equilibria(scene: SceneOrPath, *overrides: str) -> list[Equilibrium]:
     """Finds all equilibria of a body with rotors and free wheels under potentials, as `nutate linearize --equilibria`.
 
     On a circular orbit attitudes are relative to the LVLH frame: `attitude_from = 'lvlh'` starts there. Of the initial state of
-    the scene only the speeds of the wheels matter.
+    the scene only the speeds of the wheels are used.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def equilibria(scene: SceneOrPath, *overrides: str) -> list[Equilibrium]:
 
 
 def found_by(scene: Scene, function: Any, *arguments: float) -> Any:
-    """What a function finds of a scene, which it writes as JSON."""
+    """Returns the results that a function of the library writes as JSON for a scene."""
     text = ctypes.create_string_buffer(TEXT_SIZE)
     status, message = answer(interruptible, function, scene._handle, *arguments, text, TEXT_SIZE)
     scene._conclude(status, message=message)

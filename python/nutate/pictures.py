@@ -33,7 +33,7 @@ class Look(NamedTuple):
 
 
 def look_of(column: str) -> Look:
-    """How a column is drawn; one that is not known has a panel of its own."""
+    """Returns the look of a column; an unknown column has its own panel."""
     plain = re.sub("_deg(?=/|$)", "", column)
     for names, label, panel, colour, symbols, is_residual in QUANTITIES:
         listed = names.split()
@@ -48,7 +48,7 @@ def look_of(column: str) -> Look:
 
 
 def component_colour(name: str) -> str:
-    """The colour of the component or wheel whose number or letter a name has."""
+    """Returns the colour of the component or wheel whose number or letter a name has."""
     wheel = re.match(r"wheel(\d)", name)
     last = wheel[1] if wheel else name[-1]
     place = max("123456".find(last), "xyz".find(last))
@@ -177,7 +177,7 @@ def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals:
 
 
 def new_figure(**options: Any) -> Any:
-    """A figure, which pyplot manages if the program uses it. A notebook would show such a figure twice."""
+    """Returns a figure, which pyplot manages if the program uses it. A notebook would show such a figure twice."""
     pyplot = sys.modules.get("matplotlib.pyplot")
     if pyplot is not None and "inline" not in pyplot.get_backend().lower():
         return pyplot.figure(**options)
@@ -186,19 +186,19 @@ def new_figure(**options: Any) -> Any:
 
 
 def rows_of(motion: Union[Solution, Mapping[str, Array]]) -> Mapping[str, Array]:
-    """The columns, those of a solution near enough to each other for smooth curves."""
+    """Returns the columns; rows of a solution are close enough for smooth curves."""
     if isinstance(motion, Solution) and motion._sol is not None and len(motion.t) > 1:
         return motion._sol.rows(np.linspace(motion.t[0], motion.t[-1], POINTS + 1))
     return motion
 
 
 def titled(label: str, unit: str) -> str:
-    """The title of a panel, with its unit."""
+    """Returns the title of a panel, with its unit."""
     return label if unit == "1" else f"{label} ({unit.replace('deg', '°').replace('m2', 'm²')})"
 
 
 def usual_columns(rows: Mapping[str, Array], residuals: bool) -> list[str]:
-    """The columns that `nutate plot` draws."""
+    """Returns the columns that `nutate plot` draws."""
     names = [name for name in rows if name not in ("t", *AUXILIARY) and (residuals or not look_of(name).is_residual)]
     if any(name.startswith("theta") for name in names):
         names = [name for name in names if not re.fullmatch("q[0-3]", name)]

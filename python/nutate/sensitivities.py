@@ -73,7 +73,7 @@ def rows_at(columns: dict[str, Array], wanted: Array) -> dict[str, Array]:
 
 
 def scene_with_free(system: Union[System, Scene], keys: Union[str, Sequence[str]], q: Array, omega: Array) -> Scene:
-    """A scene of a body and its effects in which `keys` are free. A System starts from attitude q and angular velocity omega (body
+    """Returns a scene of a body and its effects in which `keys` are free. A System starts from attitude q and angular velocity omega (body
     axes, rad/s)."""
     quoted = "free.key=" + ",".join(f"'{key}'" for key in ([keys] if isinstance(keys, str) else keys))
     if isinstance(system, Scene):
@@ -95,7 +95,7 @@ def scene_with_free(system: Union[System, Scene], keys: Union[str, Sequence[str]
 
 
 def make_scene(arguments: tuple[Any, ...], given: dict[str, Any], additions: Sequence[Any], files: dict[str, str]) -> Scene:
-    """A scene made from its text."""
+    """Returns a scene made from its text."""
     made: Scene = make_again(Scene, (arguments, given), tuple(additions), files)
     return made
 
@@ -105,7 +105,7 @@ def text_of(text: Union[str, bytes]) -> str:
 
 
 def body_text(given: dict[str, Any]) -> str:
-    """The group &body, or the groups, that the arguments of a System stand for."""
+    """Returns the group &body, or the groups, that correspond to the arguments of a System."""
     if given["text"] is not None:
         return text_of(given["text"]) + "\n"
     if given["scene"] is not None:
@@ -119,7 +119,7 @@ def body_text(given: dict[str, Any]) -> str:
 
 
 def group_text(name: str, arguments: tuple[Any, ...]) -> str:
-    """The group that a method of a System stands for, by what it noted."""
+    """Returns the group that corresponds to a recorded call of a method of a System."""
     if name == "_add_group":
         return str(arguments[1])
     if name == "_add_earth_field":
@@ -137,5 +137,5 @@ def group_text(name: str, arguments: tuple[Any, ...]) -> str:
 
 
 def finite(number: float) -> Any:
-    """A number, or None for one that a scene leaves out."""
+    """Returns a number, or None for one that a scene leaves out."""
     return number if np.isfinite(number) else None

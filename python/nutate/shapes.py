@@ -1,4 +1,4 @@
-"""What bodies look like: surfaces and edges of shapes, and of a shape with the inertia of a body of any other form."""
+"""The look of bodies: surfaces and edges of shapes, and of a shape with the inertia of a body of any other form."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Surface:
         self.edges = np.asarray(edges, dtype=np.float64)
 
     def moved(self, axes: Array, origin: Array) -> Surface:
-        """The same surface, its axes turned to the columns of a matrix, its middle put elsewhere."""
+        """Returns the same surface, its axes rotated to the columns of a matrix, its centre moved."""
         return Surface(self.points @ axes.T + origin, self.corners, self.colours, self.edges @ axes.T + origin)
 
     @property
@@ -41,7 +41,7 @@ class Surface:
 
 
 def box(edges: Array) -> Surface:
-    """A box with its edges along the axes."""
+    """Returns a box with its edges along the axes."""
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     points: list[Any] = []
     corners: list[list[int]] = []
@@ -58,7 +58,7 @@ def box(edges: Array) -> Surface:
 
 
 def rotated_profile(radii: Array, heights: Array) -> Surface:
-    """The surface of a profile that is turned about axis 3, its colours by sectors so that spin is seen."""
+    """Returns the surface of revolution of a profile about axis 3, with colours by sectors that show the spin."""
     angles = 2 * np.pi * np.arange(AROUND + 1) / AROUND
     points = [(r * np.cos(angle), r * np.sin(angle), z) for r, z in zip(radii, heights) for angle in angles]
     corners, colours = [], []
@@ -73,14 +73,14 @@ def rotated_profile(radii: Array, heights: Array) -> Surface:
 
 
 def ellipsoid(axes: Array) -> Surface:
-    """An ellipsoid with its semi-axes along the axes."""
+    """Returns an ellipsoid with its semi-axes along the axes."""
     polar = np.pi * np.arange(AROUND // 2 + 1) / (AROUND // 2)
     unit = rotated_profile(np.sin(polar), -np.cos(polar))
     return Surface(unit.points * axes, unit.corners, unit.colours, unit.edges)
 
 
 def of_shape(shape: str, size: Array) -> Surface:
-    """A shape of scene files about its centre of mass."""
+    """Returns a shape of scene files about its centre of mass."""
     if shape == "box":
         return box(size)
     if shape == "cylinder":
@@ -91,8 +91,8 @@ def of_shape(shape: str, size: Array) -> Surface:
 
 
 def assumed_shape(system: System) -> tuple[str, Surface]:
-    """A homogeneous body with the inertia of another about its centre of mass: a sphere or a cylinder if it is symmetric, else a
-    box. 1 kg if its mass is not known, since forms do not depend on it."""
+    """Returns a homogeneous body with the inertia of another about its centre of mass: a sphere or a cylinder if it is symmetric, else a
+    box. It has 1 kg if the mass is not known, since the form does not depend on it."""
     mass, center = system.mass, system.center_of_mass
     inertia = system.inertia - mass * (center @ center * np.eye(3) - np.outer(center, center))
     moments, axes = np.linalg.eigh(inertia)
@@ -115,7 +115,7 @@ def assumed_shape(system: System) -> tuple[str, Surface]:
 
 
 def surface_of(system: System, scene: Optional[Scene] = None) -> tuple[Surface, Optional[str]]:
-    """What a body looks like: the shape that it was given, else one with its inertia, and the name of that."""
+    """Returns the surface of a body: of the shape that it was given, else of one with its inertia, and the name of that."""
     found = shape_of(system, scene)
     if found is None:
         name, surface = assumed_shape(system)
@@ -124,7 +124,7 @@ def surface_of(system: System, scene: Optional[Scene] = None) -> tuple[Surface, 
 
 
 def shape_of(system: System, scene: Optional[Scene] = None) -> Optional[tuple[str, Array]]:
-    """The shape that a body was given, and its lengths; None where it has none."""
+    """Returns the shape that a body was given, and its lengths; None if it has none."""
     for shape, size in candidates(system, scene):
         # Overrides, or a text that says it in another way: what is drawn must have the inertia.
         try:
@@ -137,7 +137,7 @@ def shape_of(system: System, scene: Optional[Scene] = None) -> Optional[tuple[st
 
 
 def plain_text(system: System, scene: Optional[Scene]) -> str:
-    """What a body and its effects were made of, as scenes say it, without comments."""
+    """Returns the scene text of a body and its effects, without comments."""
     scene = scene or system._given[1].get("scene")
     texts = [system._given[1].get("text")] if scene is None else [*scene._given[0][1:], scene._given[1]["text"]]
     texts += [arguments[1] for name, arguments in system._additions if name == "_add_group"]
@@ -147,7 +147,7 @@ def plain_text(system: System, scene: Optional[Scene]) -> str:
 
 
 def wheel_axes(system: System, scene: Optional[Scene] = None) -> list[Array]:
-    """The axes of all reaction wheels, body axes, of any length."""
+    """Returns the axes of all reaction wheels, body axes, of any length."""
     axes = [arguments[0][0] for name, arguments in system._additions if name == "_add_wheel"]
     number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?"
     for group in re.findall(r"&wheel\b(.*?)(?=&|\Z)", plain_text(system, scene), re.DOTALL):

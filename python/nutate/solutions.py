@@ -146,7 +146,7 @@ class Motion(KnownAttributes):
         return {name: values[places] for name, values in found.items()}
 
     def _pieces(self, times: Array) -> Iterator[tuple[Any, dict[str, Array]]]:
-        """Which of the times, in ascending order, and their rows."""
+        """Yields indices of times, in ascending order, and their rows."""
         ends = self._sense * self._ends["t"]
         last = np.searchsorted(ends, self._sense * times, side="right") - 1
         on_end = ends[last] == self._sense * times
@@ -160,7 +160,7 @@ class Motion(KnownAttributes):
                 yield chosen, self._inside(int(last[chosen[0]]), times[chosen])
 
     def _start(self, k: int) -> dict[str, float]:
-        """The row at the end of a step, where another one starts."""
+        """Returns the row at the end of a step, where another one starts."""
         return {name: values[k] for name, values in self._ends.items()}
 
     def _replay(self, times: Array) -> dict[str, Array]:
@@ -343,7 +343,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
     dense_output : bool
         False, with t_eval, saves the memory of `sol`.
     free : str or list of str
-        Names of parameters, such as "body.inertia.1" or "initial.attitude", by which `sensitivity` of the solution
+        Names of parameters, such as "body.inertia.1" or "initial.attitude", with respect to which `sensitivity` of the solution
         differentiates, as key in &free; for a System, use the names of the corresponding scene keys.
     max_step : float
         Longest adaptive step, s.
@@ -420,7 +420,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
 
 def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLike],
              t_span: Optional[Sequence[float]]) -> tuple[System, Any, Array, tuple[float, float]]:
-    """The system, and the start and the times of its motion, those of a scene where they are not given."""
+    """Returns the system, initial state and times of its motion: those of a scene if they are not given."""
     span = None if t_span is None else vector(t_span, 2, "t_span")
     if isinstance(system, Scene):
         attitude, rates = system.initial
@@ -434,7 +434,7 @@ def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLi
 
 
 def times_of(t_eval: npt.ArrayLike, span: tuple[float, float]) -> Array:
-    """The times of the rows. They must be in the order of the run, and in it."""
+    """Returns the times of the rows. They must be in the order of the run, and in it."""
     times = np.atleast_1d(doubles(t_eval, "t_eval"))
     sense = 1.0 if span[1] >= span[0] else -1.0
     if (times.ndim != 1 or np.any(np.diff(sense * times) <= 0) or not np.all(np.isfinite(times))
@@ -444,7 +444,7 @@ def times_of(t_eval: npt.ArrayLike, span: tuple[float, float]) -> Array:
 
 
 def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[History, Optional[NutateError]]:
-    """The rows of a run, and why a step failed, if one did."""
+    """Returns the rows of a run, and the reason why a step failed, if one did."""
     try:
         return stepper.run_to(end, times=times), None
     except NutateValueError:
@@ -456,7 +456,7 @@ def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[Histor
 
 
 def errors_of(stepper: Stepper, columns: dict[str, Array], attitude: Optional[float]) -> dict[str, float]:
-    """The largest errors of the invariants; those of energy and momentum are relative, as in the summary of `nutate run`."""
+    """Returns the largest errors of the invariants; those of energy and momentum are relative, as in the summary of `nutate run`."""
     errors = {"attitude": float("nan") if attitude is None else attitude}
     if not len(columns["t"]):
         return errors
@@ -473,7 +473,7 @@ def errors_of(stepper: Stepper, columns: dict[str, Array], attitude: Optional[fl
 
 
 def longest(x: Array, y: Array, z: Array) -> float:
-    """The greatest length of vectors with these components; scaled, as squares would leave the range of numbers."""
+    """Returns the greatest length of vectors with these components; scaled, as squares would leave the range of numbers."""
     scale = max(abs(x).max(), abs(y).max(), abs(z).max())
     if not scale > 0:
         return float(scale)
@@ -482,17 +482,17 @@ def longest(x: Array, y: Array, z: Array) -> float:
 
 
 def over(error: float, scale: float) -> float:
-    """An error relative to a scale; 0 if that is 0."""
+    """Returns an error relative to a scale; 0 if that is 0."""
     return float(error / scale) if scale > 0 else 0.0
 
 
 def ended_early(t: Array, end: float) -> bool:
-    """True if the last row is before the end."""
+    """Returns true if the last row is before the end."""
     return bool(len(t) and t[-1] != end)
 
 
 def terminal_of(event: Union[str, Event]) -> int:
-    """How often an event has to happen to end the motion; 0: it does not end it."""
+    """Returns the number of occurrences of an event that end the motion; 0: it does not end it."""
     return int(getattr(event, "terminal", None) or 0)
 
 

@@ -22,7 +22,7 @@ from .systems import System, group
 
 
 def setting(key: str, value: Any) -> str:
-    """A value as a scene file writes it; numbers and booleans may be those of NumPy."""
+    """Returns a value as a scene file writes it; numbers and booleans may be those of NumPy."""
     refuse_units(value, key)
     if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
         value = (value if value.dtype.kind in "biuSU" else doubles(value, key)).item()
@@ -548,7 +548,7 @@ class Stepper(SatelliteState):
         return list(self._known_names())
 
     def _known_names(self) -> list[str]:
-        """The list of these names, which stays the same until the columns change."""
+        """Returns the list of these names, which stays the same until the columns change."""
         if self._names is None:
             buffer = ctypes.create_string_buffer(NAME_SIZE*self._count("nutate_stepper_width"))
             self._call("nutate_stepper_column_names", buffer, len(buffer))
@@ -655,7 +655,7 @@ class Stepper(SatelliteState):
 
 def restored(source: Any, settings: dict[str, Any], sets: Optional[tuple[str, ...]],
              events: list[tuple[tuple[Any, ...], dict[str, Any]]], propagated: dict[str, tuple[Any, ...]], saved: bytes) -> Stepper:
-    """A stepper made as another one was, and put where that was saved."""
+    """Makes a stepper in the same way as another one, in the state that was saved."""
     with make_again(*source) as made:
         stepper = Stepper(made, **settings)
     for name, recipe in propagated.items():

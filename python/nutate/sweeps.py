@@ -79,7 +79,7 @@ def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int =
 
 
 def installed_tqdm() -> Any:
-    """The progress bar of tqdm; None if that is not installed."""
+    """Returns the progress bar of tqdm; None if that is not installed."""
     try:
         return importlib.import_module("tqdm.auto").tqdm
     except ImportError:
@@ -112,7 +112,7 @@ def shown(what: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def bar(members: int) -> Iterator[Callable[[int], Any]]:
-    """A function that advances a progress bar by some members."""
+    """Returns a function that advances a progress bar by some members."""
     tqdm = installed_tqdm()
     if tqdm is not None:
         with tqdm(total=members, unit="member") as shown:
@@ -160,7 +160,7 @@ def sweep_chunk(scene: SceneOrPath, first: int, last: int, *overrides: str, tabl
 
 
 def with_table(scene: SceneOrPath, overrides: tuple[str, ...], table: Any) -> Scene:
-    """The scene with its table, and the one given as it was."""
+    """Returns the scene with its table, and the one given as it was."""
     if isinstance(scene, Scene):
         if overrides:
             raise refusal("overrides are not allowed with a Scene (expected them in its constructor)")
@@ -192,7 +192,7 @@ def columns_of(table: Any) -> tuple[list[str], npt.NDArray[np.float64]]:
 
 
 def rows_of(scene: Scene, first: int, last: int, threads: int) -> Rows:
-    """The rows of some members."""
+    """Returns the rows of some members."""
     if scene.members:
         first = whole(first, "first", 1, scene.members)
         last = whole(last, "last", first, scene.members)

@@ -13,7 +13,7 @@ from .satellites import WheelMounting
 
 
 def group(name: str, /, **values: Any) -> str:
-    """A group of a scene file with the values that are not None."""
+    """Returns a group of a scene file with the values that are not None."""
 
     def text(value: Any, key: str) -> str:
         items: Any = value
@@ -32,7 +32,7 @@ def group(name: str, /, **values: Any) -> str:
 
 
 def tensor_entries(tensor: npt.ArrayLike) -> Array:
-    """Jxx, Jyy, Jzz, Jxy, Jxz, Jyz of those, or of a symmetric 3 x 3 matrix."""
+    """Returns Jxx, Jyy, Jzz, Jxy, Jxz, Jyz of six numbers, or of a symmetric 3 x 3 matrix."""
     matrix = doubles(tensor, "tensor")
     if matrix.shape != (3, 3):
         return vector(matrix, 6, "tensor")
@@ -57,9 +57,9 @@ class UserEffects(Recipe):
             in body axes, rad/s; relative to the space axes it is omega - R.T @ frame_rate.
         bounds : four floats
             Bounds (torque, by_rotation, second, rate) at all attitudes and times, only for a torque that does not depend on
-            omega: of its norm, of the norms of its first and second derivatives by the angle of a rotation of the body about any
+            omega: of its norm, of the norms of its first and second derivatives with respect to the angle of a rotation about any
             axis, N m; `rate`, 1/s: the bounds times `rate` bound the time derivatives (0: constant in time). If all effects have bounds,
-            steps can be certified; otherwise they count as `uncertified_steps`. The bounds are not verified.
+            steps can be certified; otherwise `uncertified_steps` counts them. The bounds are not verified.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class UserEffects(Recipe):
         direction : array, shape (3,)
             Vector that is fixed in space.
         potential : function potential(gamma)
-            Returns U, J, and its gradient, shape (3,), by gamma, the body components of `direction`.
+            Returns U, J, and its gradient, shape (3,), with respect to gamma, the body components of `direction`.
         hessian : function hessian(gamma)
             Returns the second derivatives, shape (3, 3); default: differences.
         bounds : three floats

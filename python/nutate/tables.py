@@ -20,7 +20,7 @@ PATTERNS = [("t", "s")] + [(name.replace("#", r"\d+").replace("*", ".*"), unit) 
 
 
 def unit_of(name: str) -> str:
-    """Unit of a column; "1" for one that has none or is not known."""
+    """Returns the unit of a column; "1" for one that has none or is not known."""
     plain = re.sub("_deg(?=/|$)", "", name)
     unit = next((unit for pattern, unit in PATTERNS if re.fullmatch(pattern, plain)), "1")
     return unit if plain == name else unit.replace("rad", "deg")
