@@ -51,30 +51,30 @@ module nutate_help
       'to the same bytes, which depend on scene, seed and member only, not on threads or chunks.', &
       '--members A:B writes FILE.A-B.npy; --merge merges such files. --member K repeats one member', &
       'with its history in FILE.memberK.csv. With &chaos rows have the Lyapunov exponents, MEGNO and', &
-      'FLI of the members: a map of chaos where two keys vary on a grid.']
+      'FLI of the members: a map of chaos if two keys vary on a grid.']
    character(len=*), parameter :: fit_notes(*) = [character(len=note_length) :: &
-      'The numbers that &free names are changed until the motion agrees with the CSV files that', &
-      '&measurement names. They are printed with standard errors, chi-squared, correlations above', &
-      '0.95, and what the data do not determine, by name. If --max-steps ends the fit, the files', &
-      'hold the best one so far.']
+      'Determines the parameters in &free for which the motion agrees with the data files in', &
+      '&measurement. Prints them with standard errors, chi-squared, correlations above 0.95, and the', &
+      'parameters that the data do not determine. If --max-steps ends the fit, the files hold the', &
+      'best one so far.']
    character(len=*), parameter :: linearize_notes(*) = [character(len=note_length) :: &
       'Prints A and B of dx/dt = A x + B u at the equilibrium that the scene starts from, and the', &
       'eigenvalues of A. x holds a rotation vector of the body from the motion, and the changes of', &
       'angular velocity, body axes, and of the speeds of the wheels; u torques about the body axes and', &
-      'of the motors. A start that is no equilibrium is rejected, with its angular acceleration.', &
-      'The angular velocity is absolute; with --relative-rates it is relative to axes that rotate with', &
-      'the equilibrium, such as those of an orbit.', &
+      'of the motors. An initial state that is not an equilibrium is rejected, with its angular', &
+      'acceleration. The angular velocity is absolute; with --relative-rates it is relative to axes', &
+      'that rotate with the equilibrium, such as the LVLH frame.', &
       'With --period, x(T) = A x(0) + B u after a period, with inputs that are constant in it; the', &
       'eigenvalues of A are then the Floquet multipliers.', &
       '', &
-      'With --equilibria, all attitudes in which a body with rotors and wheels rests in the space axes,', &
-      'or on a circular orbit in the LVLH frame. The index counts the negative directions of the', &
-      'effective potential, growth is the largest real part of an eigenvalue.']
+      'With --equilibria, prints all attitudes in which a body with rotors and wheels rests in the', &
+      'space axes, or on a circular orbit in the LVLH frame. The index is the number of directions in', &
+      'which the effective potential falls, growth is the largest real part of an eigenvalue.']
    character(len=*), parameter :: view_notes(*) = [character(len=note_length) :: &
       'The page shows the body (its shape, or one with its moments), the path of its symmetry', &
       'axis or of its centre of mass, angular velocity and momentum, reaction wheels, the LVLH frame,', &
       'the polhode on the inertia ellipsoid, and curves with events and a moving cursor. The body', &
-      'turns by less than 0.3 rad from frame to frame, however few rows the scene writes. The page', &
+      'rotates by less than 0.3 rad from frame to frame, however few rows the scene writes. The page', &
       'needs no network. python3 writes it, with the Python package of nutate; in a notebook', &
       'nutate.view(result) shows it.']
 
