@@ -19,7 +19,7 @@ conserves energy, momentum and norm in all runs.
 Bodies with the moments 2, 3, 4 kg m² (the symmetric top 3, 3, 4) start at $q = (0.8, 0.6, 0, 0)$, $\\Omega = (0.3, 1, 5)$ rad/s, and
 move for 20 s. Each time is the shortest of {rounds} interleaved runs on one core, in CPU time of the thread: `set_state` and `run_to` of nutate in Python,
 `propagate_until` of heyoka, without compilation and set-up. The reference is heyoka in extended precision with the tolerance $10^{{-19}}$. For each
-program the cheapest of many tolerances and steps counts.
+program the cheapest of many tolerances and steps is used.
 Versions: {versions}.
 
 ## Time over that of heyoka
@@ -43,8 +43,8 @@ RK4 in C takes {rk4} µs, SciPy's DOP853 {scipy} ms. Torque-free bodies have a c
 ## Ensembles
 
 512 bodies with random angular velocities on one thread, of which 95 % reach an attitude error of $10^{{-9}}$ (some tops are chaotic):
-`nutate.sweep` with `exact` (free bodies only) and with `taylor`, and the batch mode of heyoka, which takes several bodies through the
-same instructions. In µs a body; the ratio is that of the fastest method, `exact` included.
+`nutate.sweep` with `exact` (free bodies only) and with `taylor`, and the batch mode of heyoka, which computes several bodies by the
+same vector instructions. In µs a body; the ratio is that of the fastest method, `exact` included.
 
 {ensembles}"""
 
