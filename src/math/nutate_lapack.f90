@@ -8,7 +8,7 @@ module nutate_lapack
    public :: dgetrf, dgetrs, dgesv, dgeqrf, dormqr, dgesvd, dptsv, symmetric_eigen, general_eigenvalues, handle_info
 
    interface
-      !> LU factors of a general matrix, partial pivoting.
+      !> Computes the LU factors of a general matrix, with partial pivoting.
       pure subroutine dgetrf(m, n, a, lda, ipiv, info)
          import :: wp
          integer, intent(in) :: m, n, lda
@@ -43,7 +43,7 @@ module nutate_lapack
          integer, intent(out) :: info
       end subroutine dptsv
 
-      !> QR factors of a general matrix.
+      !> Computes the QR factors of a general matrix.
       pure subroutine dgeqrf(m, n, a, lda, tau, work, lwork, info)
          import :: wp
          integer, intent(in) :: m, n, lda, lwork
@@ -63,7 +63,7 @@ module nutate_lapack
          integer, intent(out) :: info
       end subroutine dormqr
 
-      !> Singular values (descending) and vectors of a general matrix.
+      !> Computes the singular values (descending) and vectors of a general matrix.
       pure subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
          import :: wp
          character(len=1), intent(in) :: jobu, jobvt

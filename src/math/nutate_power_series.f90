@@ -33,7 +33,7 @@ module nutate_power_series
 
 contains
 
-   !> Coefficient k of the product of two series: Σ aⱼ bₖ₋ⱼ.
+   !> Returns coefficient k of the product of two series: Σ aⱼ bₖ₋ⱼ.
    pure real(wp) function product_term(k, a, b) result(term)
       integer, intent(in) :: k
       !> Coefficients 0..k.
@@ -45,8 +45,8 @@ contains
       end do
    end function product_term
 
-   !> Coefficient k of u^α, k > 0, from u and the coefficients before: k u₀ pₖ = Σ (αj - k + j) uⱼ pₖ₋ⱼ, j = 1..k
-   !> (L. Euler; D. Knuth, The Art of Computer Programming 2, 4.7).
+   !> Returns coefficient k of u^α, k > 0, from u and the coefficients before: k u₀ pₖ = Σ (αj - k + j) uⱼ pₖ₋ⱼ, j =
+   !> 1..k (L. Euler; D. Knuth, The Art of Computer Programming 2, 4.7).
    pure real(wp) function power_term(k, exponent, base, power) result(term)
       integer, intent(in) :: k
       !> α.
@@ -63,7 +63,7 @@ contains
       term = term*inverses(k)/base(0)
    end function power_term
 
-   !> Coefficient k of cos(phase + rate s): rateᵏ cos(phase + kπ/2)/k!, from the one before the last.
+   !> Returns coefficient k of cos(phase + rate s): rateᵏ cos(phase + kπ/2)/k!, from the one before the last.
    pure real(wp) function cosine_term(k, phase, rate, cosine) result(term)
       integer, intent(in) :: k
       !> rad, and rad per unit of time.

@@ -46,7 +46,7 @@ contains
       c(4) = a(1)*b(4) + a(2)*b(3) - a(3)*b(2) + a(4)*b(1)
    end function quat_product
 
-   !> Hamilton product `q∘v` with a vector, the quaternion [0, v].
+   !> Returns the Hamilton product `q∘v` with a vector, the quaternion [0, v].
    pure function quat_vector_product(q, v) result(c)
       !> Left factor, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
@@ -59,7 +59,7 @@ contains
       c(4) = q(1)*v(3) + q(2)*v(2) - q(3)*v(1)
    end function quat_vector_product
 
-   !> Hamilton product `v∘q` with a vector, the quaternion [0, v].
+   !> Returns the Hamilton product `v∘q` with a vector, the quaternion [0, v].
    pure function vector_quat_product(v, q) result(c)
       !> Left factor, any unit. Shape: (3).
       real(wp), intent(in) :: v(3)
@@ -312,7 +312,7 @@ contains
       angle = 2*atan2(length(d(2:4)), abs(dot))
    end function attitude_distance
 
-   !> Euclidean length of a 3-vector, without overflow or underflow on the way.
+   !> Returns the Euclidean length of a 3-vector, without intermediate overflow or underflow.
    pure function length(v)
       real(wp), intent(in) :: v(3)
       real(wp) :: length

@@ -22,7 +22,7 @@ module nutate_c_polls
       !> Polls until the clock is read again, and between two readings.
       integer, private :: left = 0, stride = 1
    contains
-      !> Call the callback, unless the last call was too recent.
+      !> Calls the callback, unless the last call was too recent.
       procedure, non_overridable :: ask
       procedure, non_overridable :: wants_end
    end type poll_t

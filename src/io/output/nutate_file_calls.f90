@@ -111,9 +111,9 @@ module nutate_file_calls
          import :: c_int
          integer(c_int), intent(in), value :: descriptor
       end function file_is_terminal
-      !> For a program, to be called first: makes a limit on the size of files an error of writing, keeps the
-      !> runtime's backtraces away from signals that end the program, and keeps the numbers of closed standard
-      !> streams from other files.
+      !> Prepares a process, to be called first by a program: reports a limit on the size of files as an error of
+      !> writing, suppresses backtraces of the runtime for signals that end the program, and reserves the numbers of
+      !> closed standard streams.
       subroutine prepare_process() bind(c, name='nutate_file_prepare_process')
       end subroutine prepare_process
       subroutine file_error_text(error, text, size) bind(c, name='nutate_file_error_text')

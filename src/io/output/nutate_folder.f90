@@ -7,7 +7,7 @@ module nutate_folder
    public :: files_between
 
    interface
-      !> See `nutate_folder.c`.
+      !> Lists the names in a folder; see `nutate_folder.c`.
       integer(c_int) function folder_names(folder, prefix, suffix, names, size, used) &
          bind(c, name='nutate_folder_names')
          import :: c_char, c_int

@@ -32,7 +32,7 @@ module nutate_sweep_sums
       procedure :: prepare
       !> Adds members in their order.
       procedure :: add
-      !> Mean and standard deviation of a field.
+      !> Return mean and standard deviation of a field.
       procedure :: mean
       procedure :: deviation
       !> Writes all as CSV.

@@ -21,7 +21,7 @@ module nutate_fit
       integer :: starts = 0, best = 0
       logical :: sigma_is_known = .true.
    contains
-      !> True if sigma is known and noise of this size hardly ever leaves such residuals.
+      !> Returns true if sigma is known and noise of this size hardly ever leaves such residuals.
       procedure :: exceeds_noise
    end type fit_t
 

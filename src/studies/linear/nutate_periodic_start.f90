@@ -51,7 +51,7 @@ module nutate_periodic_start
    contains
       !> Frequencies of the free librations, in units of the mean motion, without their whole numbers.
       procedure :: free_frequencies
-      !> The largest modulus of a multiplier.
+      !> Returns the largest modulus of a multiplier.
       procedure :: growth
    end type periodic_start_t
 

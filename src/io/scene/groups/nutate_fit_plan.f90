@@ -82,7 +82,7 @@ module nutate_fit_plan
       !> An initial guess is also estimated from the data.
       logical :: starts_from_data = .true.
    contains
-      !> True if there is something to fit.
+      !> Returns true if there is something to fit.
       procedure :: active
    end type fit_plan_t
 

@@ -31,7 +31,7 @@ module nutate_attitude_rows
       !> Line of the file for each row; shape (n). Not allocated for rows that were not read from a file.
       integer, allocatable :: lines(:)
    contains
-      !> Number of rows.
+      !> Returns the number of rows.
       procedure :: count => count_rows
    end type attitude_rows_t
 

@@ -15,7 +15,7 @@ module nutate_scene_text
    integer, parameter :: longest_path = 4096
 
    interface
-      !> Working directory, of the C library; NULL where it does not fit.
+      !> Returns the working directory, by the C library; NULL if it does not fit.
       type(c_ptr) function c_working_directory(buffer, size) bind(C, name='getcwd')
          import :: c_ptr, c_size_t
          type(c_ptr), intent(in), value :: buffer
@@ -43,7 +43,7 @@ contains
       end do
    end function scene_text
 
-   !> `key = value, value`.
+   !> Returns a setting as `key = value, value`.
    function setting_text(setting, group, path, target) result(text)
       type(setting_t), intent(in) :: setting
       !> Name of its group.
@@ -72,7 +72,7 @@ contains
       end do
    end function setting_text
 
-   !> A path of the working directory as seen from the folder of a file; absolute where it is not below that folder.
+   !> Returns a path of the working directory relative to the folder of a file; absolute if it is not below that folder.
    function path_from(file, path) result(seen)
       character(len=*), intent(in) :: file, path
       character(len=:), allocatable :: seen
@@ -91,7 +91,7 @@ contains
       end if
    end function path_from
 
-   !> A number as a scene has it, which may be infinite.
+   !> Returns a number as text of a scene; it may be infinite.
    pure function number_text(number) result(text)
       real(wp), intent(in) :: number
       character(len=:), allocatable :: text
@@ -99,7 +99,7 @@ contains
       if (abs(number) <= huge(number)) text = exact_text(number)
    end function number_text
 
-   !> Text in single quotes, those inside doubled.
+   !> Returns a text in single quotes, with those inside doubled.
    pure function quoted_text(text) result(quoted)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: quoted
