@@ -27,7 +27,7 @@ or thousands of bodies with torques that the program computes:
     bodies = nutate.Bodies(nutate.System(moments=(1, 1, 0.1)))
     bodies.step(dt, q, l, torque)                           # in place: q (n, 4), l (n, 3)
 
-SI units, radians. Quaternions are scalar first and take body components to space components; a Rotation of SciPy is accepted
+SI units, radians. Quaternions are scalar first and convert body components to space components; a Rotation of SciPy is accepted
 in their place. Scenes, systems and steppers own memory of the library; `with` or `close` frees it, otherwise Python does. All
 of them can be copied and pickled.
 

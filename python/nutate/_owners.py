@@ -36,7 +36,7 @@ class Owner(KnownAttributes):
 
     @property
     def _handle(self) -> ctypes.c_void_p:
-        """What the library knows it by."""
+        """Handle of the object in the library."""
         if not self._owned:
             raise NutateValueError(BAD_HANDLE, f"the {type(self).__name__} is closed (expected one that is open)")
         return self._owned
@@ -105,7 +105,7 @@ class Recipe(Owner):
     _files: dict[str, str]
 
     def _note(self, *arguments: Any, **keys: Any) -> None:
-        """Notes what the constructor was given."""
+        """Notes the arguments of the constructor."""
         self._given = (copy.deepcopy(arguments), copy.deepcopy(keys))
         self._additions = []
         self._files = {}
@@ -161,7 +161,7 @@ class Callbacks:
             raise error
 
     def discard(self) -> None:
-        """Forgets what a callback raised, where its failure is in a row."""
+        """Forgets what a callback raised, if its failure is in a row."""
         self._raised.error = None
 
     def _guard(self, kind: Any, evaluate: Callable[..., None]) -> Any:

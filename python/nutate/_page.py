@@ -406,7 +406,7 @@ def looks(names: Iterable[str]) -> list[tuple[str, str, str]]:
 
 
 def panels_of(rows: Rows) -> list[dict[str, Any]]:
-    """Curves: what stands over a panel, and column, colour and name of each."""
+    """Returns the panels of curves: the title of each, and column, colour and name of its curves."""
     wheels = [name for name in rows if re.fullmatch(r"wheel\d_speed", name)]
     panels: list[dict[str, Any]] = [
         {"label": "Ω (rad/s)", "curves": looks(f"omega{i}" for i in (1, 2, 3))},
@@ -426,7 +426,7 @@ def packed(rows: Rows, names: set[str]) -> dict[str, str]:
 
 
 def in_json(value: Any) -> str:
-    """Arrays of seven digits, enough for the eye; what is no number is null. HTML has no marks in it: `<` is `\\u003c`."""
+    """Encodes arrays with seven digits, enough for the eye; numbers that are not finite are null. HTML has no marks in it: `<` is `\\u003c`."""
 
     def plain(item: Any) -> Any:
         if isinstance(item, np.ndarray):

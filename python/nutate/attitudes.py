@@ -1,6 +1,6 @@
 """Conversions between representations of attitude, and the exact motion of a torque-free body.
 
-Quaternions have their scalar first and take body components to space components; a Rotation of SciPy is accepted in
+Quaternions are scalar first and convert body components to space components; a Rotation of SciPy is accepted in
 their place. They need not have unit length, and their sign does not matter. Each function accepts one attitude or an
 array of them: a quaternion has shape (4,) or (n, 4), and the result has a leading axis of length n then. Angles are in
 radians unless `degrees` is True.
@@ -527,7 +527,7 @@ def to_rotation(q: Any) -> Any:
     Returns
     -------
     scipy.spatial.transform.Rotation
-        Rotation that takes body components to space components.
+        Rotation that converts body components to space components.
 
     Raises
     ------

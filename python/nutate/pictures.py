@@ -119,7 +119,7 @@ def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals:
     """Draws the columns of a motion by matplotlib, a panel for each quantity.
 
     `figure.savefig(path)` writes the picture, and the last line of a notebook cell shows it. In a program that has imported
-    matplotlib.pyplot, `plt.show()` and `plt.savefig(path)` know the figure, too.
+    matplotlib.pyplot, `plt.show()` and `plt.savefig(path)` refer to the figure, too.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def usual_columns(rows: Mapping[str, Array], residuals: bool) -> list[str]:
 
 
 def curve(rows: Mapping[str, Array], name: str) -> tuple[Array, Array]:
-    """Times and values of a curve, which is broken where an angle goes over to the other end of its range."""
+    """Returns times and values of a curve, which is broken where an angle wraps."""
     t, values = np.asarray(rows["t"], float), np.asarray(rows[name], float)
     if name.removesuffix("_deg") not in WRAPPED:
         return t, values

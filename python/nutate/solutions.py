@@ -164,7 +164,7 @@ class Motion(KnownAttributes):
         return {name: values[k] for name, values in self._ends.items()}
 
     def _replay(self, times: Array) -> dict[str, Array]:
-        """Rows of the motion taken again from its start."""
+        """Returns rows of the motion, repeated from its start."""
         start = self._start(0)
         self._stepper.set_canonical([start[f"q{i}"] for i in range(4)], [start[f"p{i}"] for i in range(4)], start["t"])
         return self._stepper.run_to(times[-1], times=times)
@@ -497,7 +497,7 @@ def terminal_of(event: Union[str, Event]) -> int:
 
 
 def add_events(stepper: Stepper, events: Sequence[Union[str, Event]]) -> None:
-    """Lets a run look for events; each is called by its place."""
+    """Lets a run look for events; each is called by its index."""
     for i, event in enumerate(events):
         if not (callable(event) or isinstance(event, str)):
             raise refusal(f"events has {event!r} (expected a column or a function)")

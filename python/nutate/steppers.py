@@ -232,7 +232,7 @@ class Stepper(SatelliteState):
     def step(self, dt: float) -> None:
         """Performs one step without subdividing it.
 
-        It does not end where a torque starts or stops, nor at the lines of a table, as the steps of `run` and `run_to` do; inside
+        It does not end when a torque starts or stops, nor at the lines of a table, as the steps of `run` and `run_to` do; inside
         such a step its order is lost.
 
         Parameters
@@ -516,7 +516,7 @@ class Stepper(SatelliteState):
         return q, omega
 
     def _dense_output(self, start: dict[str, float], dt: float, times: Array) -> dict[str, Array]:
-        """Rows at times inside a step of an earlier run, s, from the row at its start. NutateValueError, also of no times, where a
+        """Returns rows at times inside a step of an earlier run, s, from the row at its start. NutateValueError, also of no times, if a
         state has more to it than attitude and momentum: momenta of wheels, commands that a controller holds."""
         names = self.column_names
         times, rows = np.ascontiguousarray(times), np.empty((len(times), len(names)))

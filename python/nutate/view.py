@@ -61,7 +61,7 @@ def naming_options(message: str) -> str:
 
 
 def complain(line: str, status: int) -> int:
-    """Says what is wrong; the exit status."""
+    """Prints an error; returns the exit status."""
     print(line, file=sys.stderr)
     return status
 
