@@ -112,7 +112,7 @@ contains
          case_t(body//initial//integrator, 'body.inertia=1,2', 'override: inertia has 2 values (expected 3 numbers)'), &
          case_t(body//initial//integrator, 'body.mass=-1', "override: '-1' is out of range"), &
          case_t(body//initial//integrator, 'body.mass=1 /', "override: '/' follows the value of mass"), &
-         case_t(body//initial//integrator, "scene.title='x", 'override: a text is not closed'), &
+         case_t(body//initial//integrator, "scene.title='x", 'override: a string is not closed'), &
          case_t(body//initial//integrator, "body.shape='box'", &
                 'override: inertia and shape in &body exclude each other'), &
          case_t(body//initial//integrator, 'initial.euler_rates=1,2,3', &

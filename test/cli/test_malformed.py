@@ -32,7 +32,7 @@ SETTINGS = {
     "overflow": ("integrator.time_step=1e999", "'1e999' is too large"),
     "two_that_say_the_same": ("body.inertia=1.0,1.0,1.0", "shape and inertia in &body exclude each other"),
     "incomplete_effect": ("spring.stiffness=1.0", "&spring lacks"),
-    "lines": ("scene.title='one\ntwo'", "a text is not closed"),
+    "lines": ("scene.title='one\ntwo'", "a string is not closed"),
 }
 
 

@@ -31,7 +31,7 @@ module nutate_c_general
       'the run needs more steps than allowed', &
       'not a handle of this kind: NULL, another kind, or destroyed', &
       'a callback reported a failure', &
-      'a text did not fit into its buffer and was cut', &
+      'a string did not fit into its buffer and was cut', &
       'memory ran out', &
       'the run was asked to stop']
 

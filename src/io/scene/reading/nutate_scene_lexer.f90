@@ -151,7 +151,7 @@ contains
             end if
             self%position = self%position + 1
          end do
-         call error%raise(token%line, 'a text is not closed', expected='a '//quote//' at its end, on the same line')
+         call error%raise(token%line, 'a string is not closed', expected='a '//quote//' at its end, on the same line')
          self%position = len(text) + 1
       end subroutine read_text
 

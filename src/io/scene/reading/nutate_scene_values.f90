@@ -214,7 +214,7 @@ contains
       do i = 1, len(text)
          if (error%raised) return
          if (iachar(text(i:i)) < 32 .or. iachar(text(i:i)) == 127) &
-            call error%raise(line, quoted(text)//' has a control character', expected='a text for '//trim(key%name))
+            call error%raise(line, quoted(text)//' has a control character', expected='a string for '//trim(key%name))
       end do
    end subroutine check_text
 
@@ -227,7 +227,7 @@ contains
       case (KEY_LOGICAL)
          words = '.true. or .false.'
       case (KEY_TEXT)
-         words = 'a text in quotes'
+         words = 'a string in quotes'
          if (key%choices /= '') words = quoted_list(key%choices)
       case default
          words = key%expected_numbers()
