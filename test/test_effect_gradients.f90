@@ -121,9 +121,10 @@ contains
       call potential%linearize(gamma0, gamma1, between, by_start, by_end)
       call check_close(error, between, potential%discrete_gradient(gamma0, gamma1), 4*eps*norm2(between), &
                        label//", discrete gradient with its derivatives")
-      call check_below(error, maxval(abs(by_end - mixed)), 8*eps*maxval(abs(mixed)), label//", derivative by the end")
+      call check_below(error, maxval(abs(by_end - mixed)), 8*eps*maxval(abs(mixed)), &
+                       label//", derivative with respect to the end")
       call check_below(error, maxval(abs(by_start - potential%discrete_hessian(gamma1, gamma0))), &
-                       8*eps*maxval(abs(by_start)), label//", derivative by the start")
+                       8*eps*maxval(abs(by_start)), label//", derivative with respect to the start")
       do i = 1, 3
          shift = 0.0_wp
          shift(i) = h

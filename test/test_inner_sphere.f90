@@ -286,7 +286,7 @@ contains
       end do
    end subroutine random_scenes_follow
 
-   !> Derivatives by I, c and the rates of a sphere, differences of the oracle over 1e-10.
+   !> Derivatives with respect to I, c and the rates of a sphere, differences of the oracle over 1e-10.
    subroutine sensitivities_follow(error)
       type(error_type), allocatable, intent(out) :: error
       real(qp), parameter :: shift = 1e-10_qp

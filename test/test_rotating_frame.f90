@@ -56,7 +56,7 @@ contains
                   new_unittest("explicit methods keep what the projection is to keep", projection_keeps), &
                   new_unittest("damping acts on the rate against the frame", damping_acts_on_relative_rate), &
                   new_unittest("a torque by the absolute rate is the same in all axes", absolute_drag_is_the_same), &
-                  new_unittest("and has derivatives by the rate of the frame", columns_of_absolute_drag), &
+                  new_unittest("and has derivatives with respect to the rate of the frame", columns_of_absolute_drag), &
                   new_unittest("a frame of rate zero is none", frame_of_rate_zero_is_none)]
    end procedure collect_rotating_frame
 

@@ -20,7 +20,7 @@ from .systems import UserEffects
 LABELS = ("epoch", "time_system", "object", "object_id", "space_frame", "body_frame")
 
 
-# A comment, a text in quotes, or, as group 1, a group &event.
+# A comment, a string in quotes, or, as group 1, a group &event.
 EVENT_GROUP = r"""![^\n]*|'[^']*'|"[^"]*"|(&event\b(?:![^\n]*|'[^']*'|"[^"]*"|[^/!'"])*/)"""
 
 

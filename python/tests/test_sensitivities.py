@@ -90,7 +90,7 @@ class SensitivityTest(unittest.TestCase):
         system.add_table([0, 1], np.zeros((2, 3)))
         with self.assertRaisesRegex(nutate.NutateValueError, "cannot have a table in its text"):
             nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), free=["body.inertia"])
-        with self.assertRaisesRegex(nutate.NutateError, "no derivative by 'integrator.time_step'"):
+        with self.assertRaisesRegex(nutate.NutateError, "no derivative with respect to 'integrator.time_step'"):
             nutate.solve(self.scene, free=["integrator.time_step"], **STEPS)
         with self.assertRaisesRegex(nutate.NutateValueError, "outside the motion"):
             nutate.solve(self.scene, free=["body.mass"], **STEPS).sensitivity(1.5)
@@ -274,7 +274,7 @@ class HistoryTest(unittest.TestCase):
 
     def test_what_has_no_derivative_is_refused_with_its_line(self):
         text = TOP + "&orbit altitude = 5e5, eccentricity = 0, frame = 'lvlh' /\n&free key = 'orbit.eccentricity' /\n"
-        with self.assertRaisesRegex(nutate.NutateError, ":6: the motion has no derivative by orbit.eccentricity"):
+        with self.assertRaisesRegex(nutate.NutateError, ":6: the motion has no derivative with respect to orbit.eccentricity"):
             nutate.Scene(text=text, name="circle.nml").run()
 
 

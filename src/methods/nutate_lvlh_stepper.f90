@@ -172,7 +172,7 @@ contains
 
    !> Propagates sensitivities over the last step in the LVLH frame. They are in body axes, which the conversion leaves
    !> as they are; work and energy differ by the change of ω·l. Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for
-   !> derivatives by the elements of the orbit, which require `in_space_axes`.
+   !> derivatives with respect to the elements of the orbit, which require `in_space_axes`.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(lvlh_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -220,15 +220,15 @@ contains
       if (status%code /= 0) call leave_frame(self%view, self%start, energy, tangent)
    end subroutine propagate_inside
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for derivatives by the elements of the orbit.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for derivatives with respect to the elements of the orbit.
    subroutine check_sensitivities(tangent, status)
       type(tangent_t), intent(in) :: tangent
       type(status_t), intent(inout) :: status
       integer :: m
       do m = 1, size(tangent%parametric)
          if (tangent%variations(tangent%parametric(m))%changes_orbit()) status = fail(NUTATE_BAD_ARGUMENT, &
-            'steps in the LVLH frame have no derivatives by the elements of the orbit (expected settings with '// &
-            'in_space_axes)', trim(tangent%variations(tangent%parametric(m))%name))
+            'steps in the LVLH frame have no derivatives with respect to the elements of the orbit '// &
+            '(expected settings with in_space_axes)', trim(tangent%variations(tangent%parametric(m))%name))
       end do
    end subroutine check_sensitivities
 

@@ -197,8 +197,8 @@ contains
          found = .true.
          if (.not. changes(self, item, kind, place, parameter, change)) then
             if (moves_edge(self, effects, item, kind, place, parameter, change)) return
-            status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(item%name)//' has no derivative by '//parameter// &
-                          ' (expected '//trim(names_of(item))//')')
+            status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(item%name)//' has no derivative with respect '// &
+                          'to '//parameter//' (expected '//trim(names_of(item))//')')
          end if
          if (item%has(LENDS_PARAMETERS)) then
             do k = 1, effects%n_wheels
@@ -262,7 +262,7 @@ contains
       self%windows(i)%change(side) = self%windows(i)%change(side) + change
    end subroutine append_edge
 
-   !> Adds a change to those of an effect; false if the effect has no derivative by that name.
+   !> Adds a change to those of an effect; false if the effect has no derivative with respect to that name.
    logical function changes(self, effect, kind, place, parameter, change)
       type(variation_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect

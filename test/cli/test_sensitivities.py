@@ -329,12 +329,12 @@ class Sensitivities(CommandLineTest):
         last = len(lines) + 1
         for line, at, text in (
                 ("&free key = 'event.crosses' /", last, "no group that 'event.crosses' means"),
-                ("&free key = 'integrator.end_time' /", last, "no derivative by 'integrator.end_time'"),
-                ("&orbit altitude = 5e5, sun = 1, 0, 0 /\n&free key = 'orbit.sun' /", last + 1, "no derivative by orbit.sun"),
+                ("&free key = 'integrator.end_time' /", last, "no derivative with respect to 'integrator.end_time'"),
+                ("&orbit altitude = 5e5, sun = 1, 0, 0 /\n&free key = 'orbit.sun' /", last + 1, "no derivative with respect to orbit.sun"),
                 ("&orbit altitude = 5e5, eccentricity = 0, frame = 'lvlh' /\n&free key = 'orbit.eccentricity' /", last + 1,
-                 "no derivative by orbit.eccentricity"),
+                 "no derivative with respect to orbit.eccentricity"),
                 ("&controller law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.1, target = 1, 0, 0, 0 /\n"
-                 "&free key = 'controller.target' /", last + 1, "no derivative by controller.target"),
+                 "&free key = 'controller.target' /", last + 1, "no derivative with respect to controller.target"),
                 ("&controller law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.1, sample = 0.1 /", last, "controller that samples"),
                 ("&output columns = 'covarance' /", last, "covariance")):
             with self.subTest(line=line):

@@ -160,7 +160,7 @@ class SpaceAxes(CommandLineTest):
                         self.assertAlmostEqual(row[k], other[k], delta=1e-11 * largest, msg=name)
 
     def test_derivatives_by_the_orbit_are_differences(self):
-        """The path is the same in both axes; its derivatives by the elements are taken in inertial axes."""
+        """The path is the same in both axes; its derivatives with respect to the elements are taken in inertial axes."""
         self.write_both("&integrator order = 8, time_step = 40, end_time = 4000 /\n&output columns = 'angular_velocity', every = 100 /\n")
         step, ends = 1e-5, []
         for shift in (-step, step):

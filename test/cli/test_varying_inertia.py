@@ -68,7 +68,7 @@ class VaryingInertia(CommandLineTest):
         self.fail_with(2, "linearize", "rate.nml", says=("the inertia varies with time",))
 
     def derivative(self, key, scene, *settings):
-        """Rates and their derivative by a key, as written and as a difference of two runs."""
+        """Rates and their derivative with respect to a key, as written and as a difference of two runs."""
         columns = [f"omega{i}" for i in (1, 2, 3)]
         self.succeed("run", scene, "--quiet", "--output", "whole.csv", *settings)
         header, rows = self.history("whole.csv")

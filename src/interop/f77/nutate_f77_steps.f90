@@ -287,9 +287,9 @@ subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
    implicit none
    !> (input) Bound of the length of TAU, N m; 0, or 1D-300 to 1D100, as the other bounds.
    real(wp), intent(in) :: btor
-   !> (input) Bound of its derivative by the angle, rad, as the body rotates about any axis, N m.
+   !> (input) Bound of its derivative with respect to the angle, rad, as the body rotates about any axis, N m.
    real(wp), intent(in) :: bturn
-   !> (input) Bound of its second derivative by that angle, N m.
+   !> (input) Bound of its second derivative with respect to that angle, N m.
    real(wp), intent(in) :: bsec
    !> (input) Rate, 1/s: BRATE times each bound above bounds the time derivative of that quantity; 0 if TAU does not
    !> depend on time.

@@ -467,7 +467,7 @@ contains
    elemental subroutine widen(radius, delta, inverse, plain_force, plain_slope, force, slope)
       !> Bound of |r|, δ, and ‖J⁻¹‖.
       real(wp), intent(in) :: radius, delta, inverse
-      !> Bounds of (1+|r|²)τ̄ - 2r(r·τ̄) and of its derivative by r.
+      !> Bounds of (1+|r|²)τ̄ - 2r(r·τ̄) and of its derivative with respect to r.
       real(wp), intent(in) :: plain_force, plain_slope
       !> Bounds of J⁻¹((1+|r|²)τ̄ - 2r(r·τ̄)) and of its derivative by r on entry, of J⁻¹τ̂ and its derivative by b on
       !> exit.

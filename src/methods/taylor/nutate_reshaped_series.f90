@@ -26,7 +26,7 @@ module nutate_reshaped_series
       procedure :: prepare
       !> Computes the coefficients of E and e.
       procedure :: expand
-      !> Computes a coefficient of the torque, and of its derivative by γ.
+      !> Computes a coefficient of the torque, and of its derivative with respect to γ.
       procedure :: get_torque
       procedure :: derivative
    end type reshaped_series_t

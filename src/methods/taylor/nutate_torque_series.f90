@@ -101,7 +101,7 @@ module nutate_torque_series
       procedure :: move_directions
       !> Adds a coefficient of all that is not linear in the directions, after those of the directions that move.
       procedure :: add_terms
-      !> Adds a coefficient of the derivative by a small rotation of the body.
+      !> Adds a coefficient of the derivative with respect to a small rotation of the body.
       procedure :: add_derivatives
       !> Returns the sum of D of all torques.
       procedure :: total_drag

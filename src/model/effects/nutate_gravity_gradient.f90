@@ -177,7 +177,7 @@ contains
       hessian = 0.5_wp*self%stiffness
    end function half_hessian
 
-   !> Computes ∇̄U and its derivatives by the ends, which are equal.
+   !> Computes ∇̄U and its derivatives with respect to the ends, which are equal.
    pure subroutine linearize_quadratic(self, gamma0, gamma1, gradient, by_start, by_end)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)

@@ -178,7 +178,7 @@ contains
       call set_derivative(self, gamma1, l1, slope, stiffness, by_end)
    end subroutine linearize_spring
 
-   !> Sets the derivative by one end, without the term of the change of ℓ if ℓ vanishes.
+   !> Sets the derivative with respect to one end, without the term of the change of ℓ if ℓ vanishes.
    pure subroutine set_derivative(self, gamma, length, slope, stiffness, derivative)
       type(spring_t), intent(in) :: self
       !> γ at the end, ℓ there, 2k l₀/s² (x - cγ̄) and ½ck(1 - 2l₀/s).

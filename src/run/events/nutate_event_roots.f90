@@ -42,7 +42,7 @@ module nutate_event_roots
       !> Evaluation costs much less than a step.
       logical :: is_cheap = .false.
    contains
-      !> Evaluates the function and its derivative by s.
+      !> Evaluates the function and its derivative with respect to s.
       procedure(evaluate_curve), deferred :: evaluate
    end type curve_t
 

@@ -87,7 +87,7 @@ module nutate_event_tracker
       integer :: n_due = 0
       !> Switches since the last whole step.
       integer :: switches = 0
-      !> Time of the last switch, s, and its derivative by each sensitivity if there are any; shape (n).
+      !> Time of the last switch, s, and its derivative with respect to each sensitivity if there are any; shape (n).
       real(wp) :: switch_time = -huge(1.0_wp)
       real(wp), allocatable :: switch_change(:)
       !> Motion at the end of the last step, and the torques that acted in it; with functions and slopes of the events

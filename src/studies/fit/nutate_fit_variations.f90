@@ -87,8 +87,8 @@ contains
          end if
       end associate
       if (status%ok()) call follow_start(scene, variation, status)
-      if (.not. status%ok()) status = fail(NUTATE_BAD_ARGUMENT, 'the motion has no derivative by '//trim(name)// &
-                                           ': '//trim(status%message))
+      if (.not. status%ok()) status = fail(NUTATE_BAD_ARGUMENT, 'the motion has no derivative with respect to '// &
+                                           trim(name)//': '//trim(status%message))
    end subroutine add_key
 
    !> Adds the change of the initial state by an effect's numbers: of attitude and rate that are given relative to an

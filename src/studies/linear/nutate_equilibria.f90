@@ -76,7 +76,7 @@ contains
       type(lvlh_view_t) :: view
       type(system_t) :: seen
       type(equilibrium_t) :: list(most_equilibria), one
-      !> Torque at rest, N m, and its derivative by a rotation, N m/rad, body axes; the matrix of ẋ = A x.
+      !> Torque at rest, N m, and its derivative with respect to a rotation, N m/rad, body axes; the matrix of ẋ = A x.
       real(wp) :: torque(3), by_turn(3, 3)
       real(wp), allocatable :: a(:, :)
       integer :: n, i, pass

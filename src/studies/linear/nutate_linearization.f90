@@ -285,7 +285,7 @@ contains
       if (chosen%formulation == '') chosen%formulation = 'reduced'
    end function settings_for
 
-   !> Returns a system with torques that are zero, so that there are derivatives by them.
+   !> Returns a system with torques that are zero, so that there are derivatives with respect to them.
    function with_inputs(system) result(driven)
       type(system_t), intent(in) :: system
       type(system_t) :: driven

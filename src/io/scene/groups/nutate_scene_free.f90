@@ -129,7 +129,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       associate (target => plan%numbers%targets(size(plan%numbers%targets) - n + 1))
          if (any(without_derivative == groups(target%group)%name) .or. target%key%kind == KEY_INTEGER) then
-            call error%raise(line, 'the motion has no derivative by '//quoted(name), &
+            call error%raise(line, 'the motion has no derivative with respect to '//quoted(name), &
                              expected='a key of &initial, &body or an effect')
          else if (target%key%name == 'quaternion') then
             call error%raise(line, 'four numbers of a quaternion are not independent', expected="'"//attitude_key//"'")

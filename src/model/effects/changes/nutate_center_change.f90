@@ -117,7 +117,7 @@ contains
       stop = self%curve%x(self%curve%n)
    end subroutine path_window
 
-   !> Returns false: there are no derivatives by the ends of the window.
+   !> Returns false: there are no derivatives with respect to the ends of the window.
    pure function no_own_ends(self) result(own)
       class(center_change_t), intent(in) :: self
       logical :: own(2)
