@@ -29,6 +29,7 @@ contains
                   new_unittest("a table of one value is a constant torque", constant_table_is_constant), &
                   new_unittest("a jump is two torques with a window", jump_is_two_torques), &
                   new_unittest("a periodic table is the table written out", periodic_table_is_written_out), &
+                  new_unittest("pieces far from the times of a periodic table lie between jumps", pieces_between_jumps), &
                   new_unittest("start and stop cut a table", window_cuts_a_table), &
                   new_unittest("other torques go on behind the end of a table", others_go_on), &
                   new_unittest("a fine table is the harmonic torque", fine_table_is_harmonic), &
@@ -202,6 +203,31 @@ contains
          end do
       end do
    end subroutine periodic_table_is_written_out
+
+   !> Checks that a periodic table of two values, whose times are rounded more than those of the run, has one value from
+   !> end to end of each piece.
+   subroutine pieces_between_jumps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(tabulated_torque_t) :: torque
+      type(status_t) :: status
+      real(wp) :: t, moment, start, stop, values(3, 4), tau(3, 3)
+      integer :: i, at
+      values(:, :2) = -1.0_wp
+      values(:, 3:) = 1.0_wp
+      call make_tabulated_torque(1000 + [0.0_wp, 0.1_wp, 0.1_wp, 0.3_wp], values, torque, status, at, periodic=.true.)
+      call check(error, status%ok(), status%message)
+      t = -1.0_wp
+      do i = 1, 20
+         moment = t
+         t = torque%next_break(t, 1.0_wp)
+         moment = 0.5_wp*(moment + t)
+         call torque%piece(moment, start, stop)
+         tau(:, 1) = torque%torque(start, identity, rate)
+         tau(:, 2) = torque%torque(moment, identity, rate)
+         tau(:, 3) = torque%torque(stop, identity, rate)
+         call check_close(error, tau(1, [1, 3]), tau(1, [2, 2]), 1e-9_wp)
+      end do
+   end subroutine pieces_between_jumps
 
    !> Cut where lines are, a table is the part of it.
    subroutine window_cuts_a_table(error)

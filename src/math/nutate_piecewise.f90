@@ -244,12 +244,16 @@ contains
    end subroutine interval_around
 
    !> Moves the ends of an interval inside by their rounding; onto a time in it, if nothing would be left.
-   pure subroutine move_inside(moment, start, stop)
+   pure subroutine move_inside(moment, start, stop, terms)
       !> Time in the interval, and its ends, s.
       real(wp), intent(in) :: moment
       real(wp), intent(inout) :: start, stop
+      !> Size of the times whose sums the ends are, s; default: none.
+      real(wp), intent(in), optional :: terms
       real(wp) :: edge
-      edge = inside*max(abs(start), abs(stop))
+      edge = max(abs(start), abs(stop))
+      if (present(terms)) edge = max(edge, terms)
+      edge = inside*edge
       if (stop - start > 2*edge) then
          start = start + edge
          stop = stop - edge

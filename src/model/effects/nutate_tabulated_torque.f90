@@ -307,7 +307,7 @@ contains
       if (self%periodic) before = rounds_before(self, moment)*period_of(self)
       start = before + self%curve%x(k - 1)
       stop = before + self%curve%x(k)
-      call move_inside(moment, start, stop)
+      call move_inside(moment, start, stop, abs(before) + abs(self%curve%x(k)))
    end subroutine tabulated_piece
 
    !> Returns the next end of the window or time of the table, s.
