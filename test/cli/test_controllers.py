@@ -52,6 +52,16 @@ class Controllers(CommandLineTest):
         self.assertNotEqual(rows[10][8], rows[0][8])
         self.assertAlmostEqual(rows[-1][8], rows[-20][8], delta=1e-13)
 
+    def test_a_law_that_is_switched_off_and_on_at_one_time_begins_again(self):
+        motor = "&wheel axis = 1, 0, 0, inertia = 0.05, torque = 0.1 /\n" \
+                "&controller law = 'bdot', gain = 0.4, field = 0.3, 0.8, -0.5, sample = 0.5, name = 'law' /\n" + BODY
+        events = "".join(f"&event when = 'wheel1_momentum', crosses = 0.133, switch = 'law {change}' /\n" for change in ("off", "on"))
+        self.write("again.nml", motor + events)
+        self.succeed("run", "again.nml", "--quiet", "--set", "output.columns=controller1", "--set", "integrator.time_step=0.1",
+                     "--set", "integrator.end_time=2")
+        for t, *moment in self.history("again.csv")[1]:
+            self.assertEqual(any(moment[:3]), 0.55 < t < 1.35 or t > 1.55, t)
+
     def test_interrupted_runs_go_on(self):
         kinds = ("wheels", ", by = 'wheels'"), ("magnetorquers", ", by = 'magnetorquers', field = 0.3, -0.2, 0.4"), ("torque", "")
         for turn, (kind, by) in enumerate(kinds):

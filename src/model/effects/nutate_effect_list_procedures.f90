@@ -146,9 +146,15 @@ contains
    end procedure has
 
    module procedure switch
+      logical :: was_off
       integer :: i
       do i = 1, self%n_torques
-         if (.not. self%torques(i)%item%changes_inertia) call switch_one(self%torques(i)%item, label, on)
+         associate (torque => self%torques(i)%item)
+            was_off = .not. torque%on
+            if (.not. torque%changes_inertia) call switch_one(torque, label, on)
+            ! A law that is switched off and on at one time begins again.
+            if (was_off .and. torque%on) torque%was_on = .false.
+         end associate
       end do
       do i = 1, self%n_potentials + self%n_off
          call switch_one(self%potentials(i)%item, label, on)

@@ -164,6 +164,7 @@ contains
       real(wp), intent(in) :: q(4), omega(3)
       !> A time inside the interval that follows, s: it decides whether the window is open.
       real(wp), intent(in) :: moment
+      if (.not. self%was_on) self%n_fields = 0
       self%was_on = self%on
       self%held = 0.0_wp
       self%held_by_wheels = 0.0_wp
