@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import operator
 from typing import NamedTuple, Optional
 
@@ -194,18 +195,20 @@ class WheelMounting(Recipe):
 
     def _add_wheel(self, given: tuple[Array, float, float, float, float, float], motor: Optional[tuple[float, ...]],
                table: Optional[tuple[Array, Array, str, str, float, float]]) -> None:
-        self._call("nutate_system_add_wheel", pointer(given[0]), *given[1:])
-        self._add("_add_wheel", given, None, None)
-        count = self._count("nutate_system_wheel_count")
-        if motor is not None:
-            self._call("nutate_system_add_motor", count, *motor)
-        elif table is not None:
-            times, torques, interpolation, outside, start, stop = table
-            keys = f"interpolation = '{interpolation}', outside = '{outside}'"
-            keys += f", start = {start!r}" if np.isfinite(start) else ""
-            keys += f", stop = {stop!r}" if np.isfinite(stop) else ""
-            self._call("nutate_system_add_motor_table", count, times.size, pointer(times), pointer(torques), encoded(keys))
-        self._additions[-1] = ("_add_wheel", (given, motor, table))
+        # On a copy, so that a motor that is rejected leaves no wheel without one.
+        with copy.copy(self) as twin:
+            twin._call("nutate_system_add_wheel", pointer(given[0]), *given[1:])
+            count = twin._count("nutate_system_wheel_count")
+            if motor is not None:
+                twin._call("nutate_system_add_motor", count, *motor)
+            elif table is not None:
+                times, torques, interpolation, outside, start, stop = table
+                keys = f"interpolation = '{interpolation}', outside = '{outside}'"
+                keys += f", start = {start!r}" if start != -np.inf else ""
+                keys += f", stop = {stop!r}" if stop != np.inf else ""
+                twin._call("nutate_system_add_motor_table", count, times.size, pointer(times), pointer(torques), encoded(keys))
+            self._owned, twin._owned = twin._owned, self._owned
+        self._add("_add_wheel", given, motor, table)
 
 
 class SatelliteState(Owner):

@@ -109,7 +109,7 @@ class Stepper(SatelliteState):
         for key, value in settings.items():
             self._call("nutate_stepper_set", encoded(key), encoded(setting(key, value)))
             self._settings.pop(key, None)
-            self._settings[key] = value
+            self._settings[key] = copy.copy(value)
 
     def get(self, key: str) -> str:
         """Returns the value in force for a key of &integrator, given or chosen.
@@ -141,7 +141,7 @@ class Stepper(SatelliteState):
 
     def __copy__(self) -> Stepper:
         handle = create(library.nutate_stepper_copy, self._handle)
-        twin = Stepper.__new__(Stepper)
+        twin = type(self).__new__(type(self))
         twin.__dict__.update(self.__dict__, _owned=handle, _settings=dict(self._settings), _events=list(self._events),
                              _run=None)
         check(library.nutate_stepper_set_poll(twin._handle, asked, None))
@@ -461,7 +461,7 @@ class Stepper(SatelliteState):
         """
         keys = {"crosses": None if crosses is None else number(crosses, "crosses"), "extremum": extremum, "direction": direction,
                 "modulo": None if modulo is None else number(modulo, "modulo"), "stop": stop, "count": count, "switch": switch}
-        again = ((when, name), {**keys, "weights": weights})
+        again = ((when if callable(when) else copy.copy(when), name), {**keys, "weights": copy.copy(weights)})
         if callable(when):
             if weights is not None:
                 raise refusal("weights are not allowed with a function")

@@ -78,7 +78,7 @@ class UserEffects(Recipe):
         self._call(f"nutate_{self._kind}_add_user_torque", self._callbacks.torque(torque), None)
         if given is not None:
             self._call(f"nutate_{self._kind}_bound_torque", *given)
-        self._add("add_user_torque", torque, bounds)
+        self._add("add_user_torque", torque, given)
 
     def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
                       hessian: Optional[Callable[..., npt.ArrayLike]] = None,
@@ -109,12 +109,12 @@ class UserEffects(Recipe):
         >>> nutate.Stepper(pendulum).energy.tolist()[1]
         9.0
         """
-        given = bounds_of(bounds, ("gradient", "hessian", "third"))
-        self._call(f"nutate_{self._kind}_add_potential", pointer(vector(direction, 3, "direction")),
+        given, n = bounds_of(bounds, ("gradient", "hessian", "third")), vector(direction, 3, "direction").copy()
+        self._call(f"nutate_{self._kind}_add_potential", pointer(n),
                    self._callbacks.potential(potential), self._callbacks.hessian(hessian), None)
         if given is not None:
             self._call(f"nutate_{self._kind}_bound_potential", *given)
-        self._add("add_potential", direction, potential, hessian, bounds)
+        self._add("add_potential", n, potential, hessian, given)
 
 
 class System(UserEffects, WheelMounting):

@@ -17,6 +17,11 @@ def spin_down(t, q, omega):
     return -0.1 * omega
 
 
+def upright(gamma):
+    """A potential that pickle finds by its name."""
+    return 9 * gamma[2], (0, 0, 9)
+
+
 class OwnersTest(unittest.TestCase):
     """Copies, pickles, the end of what owns memory, and how it shows itself."""
 
@@ -67,6 +72,31 @@ class OwnersTest(unittest.TestCase):
                 stepper.steps(0.01, 5)
             np.testing.assert_array_equal(steppers[1].quaternion, steppers[2].quaternion)
             self.assertGreater(np.max(np.abs(steppers[0].quaternion - steppers[1].quaternion)), 1e-3)
+
+    def test_a_copy_is_made_of_the_values_that_were_given(self):
+        n, bounds, step, when, weights = np.array((0.0, 0, 1)), [1.0, 0, 0, 0], np.array(0.1), ["omega1", "omega2"], np.array((1.0, 2.0))
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(spin_down, bounds=bounds)
+        system.add_potential(n, upright)
+        stepper = nutate.Stepper(system, time_step=step)
+        stepper.set_state(q=(0.6, 0.8, 0, 0), omega=(1, 2, 3))
+        stepper.add_event(when, "sum", weights=weights, crosses=0.1)
+        n[:], bounds[0], step[...], when[0], weights[:] = (1, 0, 0), -1, 0.2, "omega3", 5
+        twins = [way(stepper) for way in self.WAYS]
+        self.assertEqual(nutate.Stepper(pickle.loads(pickle.dumps(system))).energy[1], nutate.Stepper(system).energy[1])
+        expected = stepper.run_to(3.0)
+        self.assertGreater(len(expected.events), 0)
+        for twin in twins:
+            history = twin.run_to(3.0)
+            np.testing.assert_array_equal(history["q1"], expected["q1"])
+            self.assertEqual([event.t for event in history.events], [event.t for event in expected.events])
+
+    def test_a_copied_stepper_is_of_its_class(self):
+        class Mine(nutate.Stepper):
+            """A stepper of a program."""
+
+        stepper = Mine(nutate.System(moments=(1, 2, 2.5)))
+        self.assertEqual([type(copy.copy(stepper)), type(copy.deepcopy(stepper))], [Mine, Mine])
 
     def test_what_is_closed_says_so(self):
         system, scene = nutate.System(moments=(1, 2, 2.5)), nutate.Scene(BOX)

@@ -222,6 +222,18 @@ class SatellitesTest(unittest.TestCase):
         q, angles = stepper.lvlh_attitude
         self.assertEqual([*angles, *q], [last[name] for name in ("roll", "pitch", "yaw", "lvlh_q0", "lvlh_q1", "lvlh_q2", "lvlh_q3")])
 
+    def test_a_wheel_with_a_wrong_motor_is_not_added(self):
+        system = nutate.System(moments=(90, 100, 40))
+        lines = ([0, 1], [0, 1])
+        for motor in (dict(torque=2.0, torque_limit=1.0), dict(torque=1.0, start=np.nan), dict(table=lines, start=np.nan),
+                      dict(table=lines, stop=np.nan), dict(table=lines, start=np.inf), dict(table=([1, 0], [0, 1])),
+                      dict(table=lines, interpolation="none")):
+            with self.subTest(motor), self.assertRaises(nutate.NutateValueError):
+                system.add_wheel((0, 0, 1), 0.05, **motor)
+            self.assertEqual(len(nutate.Stepper(system).wheels), 0, motor)
+        system.add_wheel((0, 0, 1), 0.05, table=lines, start=0.25)
+        self.assertEqual(repr(system).count("wheel"), 1)
+
     def test_the_field_of_the_earth_and_forces_are_those_of_scenes(self):
         def orbiting():
             system = nutate.System(moments=(0.02, 0.03, 0.04))
