@@ -133,7 +133,7 @@ contains
 
    subroutine run_finds_wrong(error)
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: expected(10) = [1, 2, 3, 4, 5, 10, 12, 14, 15, 0]
+      integer, parameter :: expected(11) = [1, 2, 3, 4, 5, 10, 12, 14, 15, 12, 0]
       real(wp) :: work(most), t, q(4), p(4), dt, rows(12, 9), w
       integer :: info, i, n, k, mrows, lwork, nrows, istat(3)
       do i = 1, size(expected)
@@ -154,11 +154,14 @@ contains
          case (7); mrows = 3
          case (8); work = 0.0_wp
          case (9); lwork = 90
+         case (10)
+            n = huge(n)
+            k = 1
          case default; n = 9
          end select
          call nurun(n, dt, t, q, p, potspr, tormot, iuser, plain, k, rows, mrows, nrows, work, lwork, info)
          call check(error, info, -expected(i))
-         call check(error, nrows, merge(4, 0, i == 10))
+         call check(error, nrows, merge(4, 0, i == 11))
       end do
       call nustat(istat, w, work, 90, info)
       call check(error, info, -4)

@@ -104,7 +104,7 @@ contains
          info = -find_bad_step(n, request%dt, request%t, request%q, request%p, body, work)
          if (info == 0 .and. k < 1) info = -10
          if (info == 0) then
-            if (size(request%store%rows, 2) < 1 + n/k + min(1, mod(n, k))) info = -12
+            if (size(request%store%rows, 2) - 1 < n/k + min(1, mod(n, k))) info = -12
          end if
       end associate
       if (info == 0) then
