@@ -175,8 +175,8 @@ module nutate_stepper
          type(status_t), intent(out) :: status
       end subroutine renew
 
-      !> Tests whether a stepper was prepared for a body with this inertia and as many effects. Errors:
-      !> `NUTATE_BAD_ARGUMENT`.
+      !> Tests whether a stepper was prepared for a body with this inertia and frame, and as many effects of such types.
+      !> Errors: `NUTATE_BAD_ARGUMENT`.
       module subroutine check_prepared(self, system, status)
          class(stepper_t), intent(in) :: self
          type(system_t), intent(in) :: system

@@ -55,16 +55,25 @@ contains
       end if
    end subroutine check_settings
 
-   !> Returns a fingerprint of a system, from its inertia and its numbers of potentials, torques, rotors and wheels.
+   !> Returns a fingerprint of a system, from its inertia, the rate of its frame, its numbers of potentials, torques,
+   !> rotors and wheels, and the sizes of potentials and torques, which tell most types apart.
    pure integer function mark_of(system) result(mark)
       type(system_t), intent(in) :: system
       real(wp), parameter :: weights(3, 3) = reshape([1.0_wp, 1.1_wp, 1.3_wp, 1.4_wp, 1.7_wp, 1.9_wp, 2.3_wp, 2.6_wp, &
                                                       2.9_wp], [3, 3])
       real(wp) :: number
-      integer :: halves(2)
+      integer :: halves(2), i
       associate (effects => system%effects)
-         number = sum(weights*system%body%inertia)*(1 + effects%n_potentials + 1e2_wp*effects%n_torques + &
-                                                    1e4_wp*effects%n_rotors + 1e5_wp*effects%n_wheels)
+         number = 1 + effects%n_potentials + 1e2_wp*effects%n_torques + 1e4_wp*effects%n_rotors + &
+                  1e5_wp*effects%n_wheels
+         do i = 1, effects%n_potentials
+            number = 1.1_wp*number + storage_size(effects%potentials(i)%item)
+         end do
+         do i = 1, effects%n_torques
+            number = 1.1_wp*number + storage_size(effects%torques(i)%item)
+         end do
+         if (effects%frame_turns) number = 1.3_wp*number + sum(weights(:, 1)*effects%frame_rate)
+         number = sum(weights*system%body%inertia)*number
       end associate
       halves = transfer(number, halves)
       mark = ieor(halves(1), halves(2))
