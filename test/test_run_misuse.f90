@@ -2,12 +2,13 @@
 submodule(suites_of_runs) test_run_misuse
    use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_positive_inf, ieee_quiet_nan, ieee_set_halting_mode, &
       ieee_value
-   use nutate, only: add_controller, applied_torque_t, attitude_variation, center_change_t, chaos_settings_t, chaos_t, &
-      column_event_t, controller_t, damping_t, earth_field_t, effect_t, event_list_t, event_t, gravity_t, history_t, &
-      inertia_change_t, inertia_variation, integrate, integrator_settings_t, long, make_shape_body, make_state, &
-      make_stepper, make_tabulated_center, make_tabulated_inertia, make_tabulated_torque, observer_t, rate_variation, &
-      run_goal_t, run_plan_t, run_record_t, run_t, state_t, status_t, stepper_t, system_t, tabulated_torque_t, &
-      tangent_t, variation_t, wp
+   use nutate, only: add_controller, add_wheel, applied_torque_t, attitude_variation, center_change_t, &
+      chaos_settings_t, chaos_t, column_event_t, controller_t, damping_t, earth_field_t, effect_t, event_list_t, &
+      event_t, gravity_t, history_t, inertia_change_t, inertia_variation, integrate, integrator_settings_t, long, &
+      make_shape_body, make_state, make_stepper, make_tabulated_center, make_tabulated_inertia, &
+      make_tabulated_torque, observer_t, rate_variation, rotating_frame_t, run_goal_t, run_plan_t, run_record_t, &
+      run_t, spring_t, state_t, status_t, stepper_t, system_t, tabulated_torque_t, tangent_t, variation_t, wheel_t, &
+      wp
    use nutate_status, only: NUTATE_BAD_ARGUMENT
    use nutate_wheel_motor, only: make_motor_table
    use test_support, only: check, error_type, new_unittest
@@ -30,6 +31,7 @@ contains
       testsuite = [ &
                   new_unittest("plans that lead nowhere are rejected", plans_that_lead_nowhere), &
                   new_unittest("a run without an end, or a begin, is rejected", runs_without_an_end), &
+                  new_unittest("a run starts where the steps before it end", starts_elsewhere), &
                   new_unittest("events may be set before the end time", events_before_the_end), &
                   new_unittest("a run in parts has the rows of its times", times_in_parts), &
                   new_unittest("an event finds its columns by itself", columns_are_found), &
@@ -37,6 +39,8 @@ contains
                   new_unittest("tables of a wrong shape are rejected", tables_of_a_wrong_shape), &
                   new_unittest("sensitivities of axes that do not exist", axes_that_do_not_exist), &
                   new_unittest("a stepper rejects another system", steppers_of_another_system), &
+                  new_unittest("a run and a stepper reject other effects", other_effects), &
+                  new_unittest("every wheel has a speed", speeds_of_other_wheels), &
                   new_unittest("settings out of their ranges are rejected", settings_out_of_range), &
                   new_unittest("effects that were not made are rejected", effects_that_were_not_made), &
                   new_unittest("indicators of chaos need settings in range", chaos_out_of_range), &
@@ -80,6 +84,7 @@ contains
       call reject(run_plan_t(end_time=2.0_wp, goal=run_goal_t(accuracy=nan)), 'accuracy')
       call reject(run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=-1.0_wp)), 'local_tolerance')
       call reject(run_plan_t(end_time=2.0_wp, goal=run_goal_t(error_rate=nan)), 'error_rate')
+      call reject(run_plan_t(time_step=0.01_wp, end_time=2.0_wp, steps=3_long), 'steps')
       plan = usual
       plan%times = [0.5_wp, 0.2_wp]
       call reject(plan, 'times')
@@ -127,6 +132,8 @@ contains
       call check(error, trim(status%subject), 'end_time', 'by stepper')
       call run%run_to_end(box, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'no begin')
+      call run%set_plan(box, usual, status)
+      call check(error, trim(status%subject), 'run', 'a plan without begin')
       call run%begin(box, integrator_settings_t(), state, usual, status)
       call run%release()
       call run%run_to_end(box, status)
@@ -137,6 +144,47 @@ contains
       call run%run_to(box, 0.5_wp, status)
       call check(error, status%ok() .and. abs(run%state%t - 0.5_wp) <= 0.0_wp, trim(status%message))
    end subroutine runs_without_an_end
+
+   subroutine starts_elsewhere(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(system_t) :: box
+      type(state_t) :: state
+      real(wp) :: nan
+      call ieee_set_halting_mode(ieee_invalid, .false.)
+      nan = ieee_value(nan, ieee_quiet_nan)
+      call make_box(box, state)
+      call begin(state, nan, 1_long, 'steps_before')
+      call begin(state, 0.0_wp, 1_long, 'steps_before')
+      call begin(state, 0.0_wp, -5_long, 'steps_before')
+      call begin(state, 0.0_wp, huge(1_long), 'steps_before')
+      call begin(state, -0.05_wp, 5_long, '')
+      state%t = nan
+      call begin(state, 0.0_wp, 0_long, 't')
+
+   contains
+
+      subroutine begin(start, first_time, steps_before, subject)
+         type(state_t), intent(in) :: start
+         real(wp), intent(in) :: first_time
+         integer(long), intent(in) :: steps_before
+         character(len=*), intent(in) :: subject
+         type(run_plan_t) :: plan
+         type(state_t) :: state
+         type(status_t) :: status
+         class(stepper_t), allocatable :: stepper
+         plan = usual
+         plan%first_time = first_time
+         plan%steps_before = steps_before
+         state = start
+         call integrate(box, integrator_settings_t(), state, plan, status)
+         call check(error, trim(status%subject), subject, 'by settings')
+         state = start
+         call make_stepper(box, integrator_settings_t(), stepper, status)
+         call integrate(box, stepper, state, plan, status)
+         call check(error, trim(status%subject), subject, 'by stepper')
+      end subroutine begin
+
+   end subroutine starts_elsewhere
 
    subroutine events_before_the_end(error)
       type(error_type), allocatable, intent(out) :: error
@@ -334,6 +382,65 @@ contains
          call check(error, trim(status%subject), 'system', methods(i)//' adaptive')
       end do
    end subroutine steppers_of_another_system
+
+   subroutine other_effects(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: methods(5) = [character(len=13) :: 'nielsen_krenk', 'taylor', 'rk8', 'dop853', &
+                                                   'rk4']
+      type(system_t) :: box, turning, heavy, hung
+      type(state_t) :: state, start
+      type(status_t) :: status
+      type(run_t) :: run
+      class(stepper_t), allocatable :: stepper
+      integer :: i
+      call make_box(box, start)
+      turning = box
+      call turning%effects%add(rotating_frame_t(rate=[0.0_wp, 0.3_wp, 1.0_wp]))
+      heavy = box
+      call heavy%effects%add(gravity_t(box%body, [0.0_wp, 0.0_wp, -9.81_wp]))
+      hung = box
+      call hung%effects%add(spring_t(body_point=[0.0_wp, 0.0_wp, 1.0_wp], stiffness=2.0_wp))
+      do i = 1, size(methods)
+         state = start
+         call make_stepper(box, integrator_settings_t(method=methods(i)), stepper, status)
+         call stepper%step(turning, state, 0.01_wp, status)
+         call check(error, trim(status%subject), 'system', methods(i)//' a frame is added')
+         call make_stepper(turning, integrator_settings_t(method=methods(i)), stepper, status)
+         call stepper%step(box, state, 0.01_wp, status)
+         call check(error, trim(status%subject), 'system', methods(i)//' the frame is gone')
+         call make_stepper(heavy, integrator_settings_t(method=methods(i)), stepper, status)
+         call stepper%step(hung, state, 0.01_wp, status)
+         call check(error, trim(status%subject), 'system', methods(i)//' another potential')
+      end do
+      ! A run with adaptive steps prepares its steppers anew, but sums as many works as it began with.
+      heavy = box
+      call run%begin(box, integrator_settings_t(), start, run_plan_t(goal=run_goal_t(local_tolerance=1e-6_wp)), status)
+      call run%run_to(box, 0.1_wp, status)
+      call heavy%effects%add(damping_t(coefficient=[0.1_wp, 0.1_wp, 0.1_wp]))
+      call run%run_to(heavy, 0.2_wp, status)
+      call check(error, trim(status%subject), 'system', 'a torque is added')
+      call run%run_to(box, 0.2_wp, status)
+      call check(error, status%ok() .and. abs(run%state%t - 0.2_wp) <= 0.0_wp, trim(status%message))
+   end subroutine other_effects
+
+   subroutine speeds_of_other_wheels(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(system_t) :: box
+      type(state_t) :: state
+      type(status_t) :: status
+      class(stepper_t), allocatable :: stepper
+      integer :: n
+      call make_box(box, state)
+      call add_wheel(box, wheel_t(inertia=0.01_wp), status)
+      call add_wheel(box, wheel_t(axis=[1.0_wp, 0.0_wp, 0.0_wp], inertia=0.01_wp), status)
+      call make_stepper(box, integrator_settings_t(), stepper, status)
+      do n = 0, 3
+         state = make_state(box, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.1_wp, 0.2_wp, 10.0_wp], &
+                            speeds=spread(5.0_wp, 1, n))
+         call stepper%step(box, state, 0.01_wp, status)
+         call check(error, status%ok() .eqv. n == 2, 'speeds of other wheels: '//trim(status%message))
+      end do
+   end subroutine speeds_of_other_wheels
 
    subroutine settings_out_of_range(error)
       type(error_type), allocatable, intent(out) :: error

@@ -6,6 +6,7 @@ submodule(nutate_run) nutate_run_procedures
    use nutate_error_control, only: error_control_t, is_evaluable
    use nutate_event_tracker, only: event_tracker_t
    use nutate_fixed_steps, only: count_steps, fixed_steps_t
+   use nutate_kinds, only: eps
    use nutate_limits, only: is_moderate
    use nutate_method_choice, only: choose_settings
    use nutate_methods, only: make_stepper
@@ -33,6 +34,7 @@ contains
       type(progress_t) :: progress
       type(fixed_steps_t) :: policy
       call check_plan(plan, state%t, status)
+      if (status%ok()) call check_steps_before(plan, state%t, status)
       if (status%ok()) call check_end(plan, status)
       if (status%ok()) call check_prepared(stepper, system, status)
       if (status%ok()) call start_run(progress, system%effects, state, plan, status)
@@ -46,6 +48,7 @@ contains
 
    module procedure begin_by_settings
       call check_plan(plan, state%t, status)
+      if (status%ok()) call check_steps_before(plan, state%t, status)
       if (status%ok()) call check_system(system, status)
       if (status%ok()) call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
@@ -62,6 +65,7 @@ contains
          return
       end if
       call check_plan(plan, state%t, status)
+      if (status%ok()) call check_steps_before(plan, state%t, status)
       if (status%ok()) call check_prepared(stepper, system, status)
       if (status%ok()) call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
@@ -73,6 +77,7 @@ contains
    module procedure set_plan
       type(run_plan_t) :: own
       call check_plan(plan, self%state%t, status)
+      if (status%ok()) call check_works(self, system, status)
       if (.not. status%ok()) return
       own = plan
       if (is_on_grid(self, plan%time_step) .and. .not. plan%goal%active()) then
@@ -107,7 +112,9 @@ contains
       logical :: fits(3)
       goals = [plan%goal%accuracy, plan%goal%local_tolerance, plan%goal%error_rate]
       fits = is_moderate(goals) .and. goals >= 0.0_wp
-      if (plan%every < 1) then
+      if (.not. is_moderate(start)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite or too large (expected up to 1e100 s)', 't')
+      else if (plan%every < 1) then
          status = fail(NUTATE_BAD_ARGUMENT, 'rows are at least one step apart (expected every >= 1)', 'every')
       else if (.not. abs(plan%end_time) <= huge(plan%end_time)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the end time is not finite (expected a time in s)', 'end_time')
@@ -120,11 +127,51 @@ contains
       else if (.not. (is_moderate(plan%interval) .and. plan%interval >= 0.0_wp)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the interval between rows is out of range (expected a number >= 0)', &
                        'interval')
+      else if (.not. leads_to(plan, start, plan%steps, plan%end_time)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the steps do not lead to the end time (expected end_time after steps '// &
+                       'times time_step, or steps < 0)', 'steps')
       else if (allocated(plan%times) .and. plan%end_time < huge(plan%end_time)) then
          if (.not. are_in_order(plan, start)) status = fail(NUTATE_BAD_ARGUMENT, &
             'the times of the rows are not in order (expected times from the present one towards end_time)', 'times')
       end if
    end subroutine check_plan
+
+   !> Tests whether the steps before a run end at its start. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_steps_before(plan, start, status)
+      type(run_plan_t), intent(in) :: plan
+      !> Start of the run, s.
+      real(wp), intent(in) :: start
+      type(status_t), intent(inout) :: status
+      if (plan%steps_before == 0) return
+      if (plan%steps_before < 0 .or. .not. leads_to(plan, plan%first_time, plan%steps_before, start)) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the steps before the run do not end at its start (expected it at '// &
+                       'first_time after steps_before times time_step)', 'steps_before')
+   end subroutine check_steps_before
+
+   !> Returns true if fixed steps lead from a time to another one, which may be half a step away, or are not counted.
+   pure logical function leads_to(plan, start, steps, end_time)
+      type(run_plan_t), intent(in) :: plan
+      !> Times at the start and at the end of the steps, s; a huge end: not yet set.
+      real(wp), intent(in) :: start, end_time
+      !> Number of steps; negative: not counted.
+      integer(long), intent(in) :: steps
+      leads_to = steps < 0 .or. plan%goal%active() .or. .not. end_time < huge(end_time)
+      if (leads_to) return
+      leads_to = abs(start + real(steps, wp)*plan%time_step - end_time) <= &
+                 0.5_wp*abs(plan%time_step) + 8*eps*max(abs(start), abs(end_time))
+   end function leads_to
+
+   !> Tests whether a run has begun, with as many works as a system has. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_works(self, system, status)
+      class(run_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      if (.not. allocated(self%summary%work)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the run has not begun (expected begin before)', 'run')
+      else if (size(self%summary%work) /= system%effects%n_works()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the run has begun with other effects (expected begin)', 'system')
+      end if
+   end subroutine check_works
 
    !> Returns true if the times of the output points are in the order of the run, from its start.
    !> Times after its end are not reached.
