@@ -19,6 +19,11 @@ from ._library import (Array, BAD_HANDLE, HessianCallback, KnownAttributes, Nuta
 
 # Memory of callbacks that is known by its address, at most.
 MOST_VIEWS = 4096
+# Functions that only read a stepper: a callback may use them of the stepper that calls it.
+READING = frozenset("nutate_stepper_" + name for name in (
+    "time quaternion conjugate_momentum angular_velocity angular_velocity_space angular_momentum angular_momentum_space matrix euler "
+    "constraints conserved accuracy solver uncertified width column_names event_count event wheel_count wheel sphere_count sphere "
+    "orbit lvlh_attitude time_dependent_work").split())
 
 
 class Owner(KnownAttributes):
@@ -45,6 +50,8 @@ class Owner(KnownAttributes):
         """Frees the memory of the library; a `with` block does so at its end, and Python when nothing refers to the object."""
         handle = getattr(self, "_owned", None)
         if handle:
+            if self._callbacks._kept:
+                self._callbacks.refuse(self)
             getattr(library, self._destroy)(ctypes.byref(handle))
 
     def __enter__(self) -> Any:
@@ -64,11 +71,22 @@ class Owner(KnownAttributes):
         """Calls a function of this handle; raises what a callback raised, or NutateError."""
         function, handle = getattr(library, name), self._owned or self._handle
         if self._callbacks._kept:
-            self._conclude(interruptible(function, handle, *arguments))
+            self._conclude((interruptible if name in READING else self._work)(function, handle, *arguments))
             return
         status = function(handle, *arguments)
         if status:
             check(status, text_of(library.nutate_last_message, handle))
+
+    def _work(self, function: Any, *arguments: Any) -> int:
+        """The status of a function that changes what this owns, which its callbacks must leave as it is."""
+        if not self._callbacks._kept:
+            return interruptible(function, *arguments)
+        self._callbacks.refuse(self)
+        self._callbacks.callers.append(self)
+        try:
+            return interruptible(function, *arguments)
+        finally:
+            self._callbacks.callers.pop()
 
     def _conclude(self, status: int, history: Optional[dict[str, Array]] = None, message: Optional[str] = None) -> None:
         """Raises what interrupted a call, what a callback raised in it, or NutateError, with the rows so far."""
@@ -152,6 +170,17 @@ class Callbacks:
     def __init__(self) -> None:
         self._kept: list[Any] = []
         self._raised = threading.local()
+
+    @property
+    def callers(self) -> list[Any]:
+        """What is at work in the present thread, and may call these functions."""
+        callers: list[Any] = self._raised.__dict__.setdefault("callers", [])
+        return callers
+
+    def refuse(self, owner: Any) -> None:
+        """Raises NutateValueError if a callback changes what has called it."""
+        if any(caller is owner for caller in self.callers):
+            raise refusal(f"a callback changes the {type(owner).__name__} that calls it (expected a copy)")
 
     def raise_again(self) -> None:
         """Raises what a callback raised since the last call, if one did."""

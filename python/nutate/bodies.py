@@ -127,7 +127,7 @@ def in_place(array: Array, shape: tuple[int, ...], name: str) -> Any:
 def of_shape(values: npt.ArrayLike, shape: tuple[int, ...], name: str, kind: Any) -> npt.NDArray[Any]:
     """Returns a contiguous array of this type."""
     array = np.asarray(values) if kind is np.intc else doubles(values, name)
-    if kind is np.intc and array.dtype.kind not in "iu":
+    if kind is np.intc and (array.dtype.kind not in "iu" or np.ma.is_masked(values)):
         raise refusal(f"{name} must hold whole numbers")
     if array.shape != shape:
         raise refusal(f"{name} has shape {array.shape} (expected {shape})")

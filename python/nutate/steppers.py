@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, FLOAT, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, digits, doubles, encoded, interruptible, library,
+from ._library import (Array, FLOAT, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, digits, doubles, encoded, library,
                        noted, number, pointer, quaternion, refusal, refuse_units, shown, text_of, vector, whole)
 from ._owners import make_again
 from .attitudes import rotate_to_body
@@ -276,7 +276,7 @@ class Stepper(SatelliteState):
         NutateError
             If a step fails; the state is that before it.
         """
-        status = interruptible(library.nutate_stepper_steps, self._handle, number(dt, "dt"), whole(n, "n", 0), None)
+        status = self._work(library.nutate_stepper_steps, self._handle, number(dt, "dt"), whole(n, "n", 0), None)
         self._conclude(status)
 
     def run(self, n: int, every: int = 1, initial: bool = False) -> dict[str, Array]:
@@ -315,8 +315,8 @@ class Stepper(SatelliteState):
         n_rows, first = ctypes.c_size_t(), rows[1:] if initial else rows
         if initial:
             self._call("nutate_stepper_row", pointer(rows[0]), len(names))
-        status = interruptible(library.nutate_stepper_run, self._handle, n, every, pointer(first), len(first),
-                               ctypes.byref(n_rows))
+        status = self._work(library.nutate_stepper_run, self._handle, n, every, pointer(first), len(first),
+                            ctypes.byref(n_rows))
         history = dict(zip(names, rows[:n_rows.value + bool(initial)].T))
         self._conclude(status, history)
         return history
@@ -365,7 +365,7 @@ class Stepper(SatelliteState):
         if run is None or run.names is not self._names:
             run = self._run = RowRun(self._known_names())
         run.plan(number(end_time, "end_time"), operator.index(every), number(interval, "interval"), wanted)
-        status = interruptible(run_rows, self._owned or self._handle, run.address)
+        status = self._work(run_rows, self._owned or self._handle, run.address)
         history = run.take()
         if status or noted:
             self._conclude(status, history)

@@ -170,6 +170,12 @@ class System(UserEffects, WheelMounting):
                  about_center: bool = False) -> None:
         if sum(way is not None for way in (moments, tensor, shape, text, scene)) != 1:
             raise refusal("a System needs exactly one of moments, tensor, shape, text and scene")
+        if shape is None and (size is not None or number(density, "density") != 0):
+            raise refusal("size or density without shape (expected shape)")
+        if (text is not None or scene is not None) and (number(mass, "mass") != 0 or center_of_mass is not None):
+            raise refusal("mass or center_of_mass beside text or scene (expected them in these)")
+        if about_center and moments is None and tensor is None:
+            raise refusal("about_center without moments or tensor (expected one of them)")
         center = None if center_of_mass is None else vector(center_of_mass, 3, "center_of_mass")
         if text is not None:
             handle = create(library.nutate_system_parse, encoded(text))

@@ -84,7 +84,8 @@ class BodiesTest(unittest.TestCase):
         bodies = nutate.Bodies(self.system)
         for arguments in [(0.0, q, l, torque), (np.nan, q, l, torque), (0.1, q[:, :3], l, torque), (0.1, 1.0, l, torque), (0.1, q, l[:3], torque),
                           (0.1, q.astype(np.float32), l, torque), (0.1, q, l.tolist(), torque), (0.1, q, l, torque[:3]),
-                          (0.1, q, l, torque, [0.5] * 4), (0.1, q, l, torque, [0])]:
+                          (0.1, q, l, torque, [0.5] * 4), (0.1, q, l, torque, [0]),
+                          (0.1, q, l, torque, np.ma.array([0] * 4, mask=[True] * 4))]:
             with self.assertRaises(nutate.NutateValueError):
                 bodies.step(*arguments)
         np.testing.assert_array_equal(q, before)

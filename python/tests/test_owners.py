@@ -91,6 +91,37 @@ class OwnersTest(unittest.TestCase):
             np.testing.assert_array_equal(history["q1"], expected["q1"])
             self.assertEqual([event.t for event in history.events], [event.t for event in expected.events])
 
+    def test_callbacks_do_not_change_what_calls_them(self):
+        uses = {"step": lambda one: one.step(0.01), "steps": lambda one: one.steps(0.01, 2), "run": lambda one: one.run(2),
+                "run_to": lambda one: one.run_to(5.0), "set": lambda one: one.set(order=4), "close": lambda one: one.close(),
+                "set_state": lambda one: one.set_state((1, 0, 0, 0), (0, 0, 1)), "set_columns": lambda one: one.set_columns("energy"),
+                "set_state of arrays": lambda one: one.set_state(np.array((1.0, 0, 0, 0)), np.zeros(3))}
+        for name, use in uses.items():
+            for event in (False, True):
+                def used(t, q, omega, use=use, event=event):
+                    if t > 0.02:
+                        use(stepper)
+                    return t - 9 if event else np.zeros(3)
+
+                system = nutate.System(moments=(1, 2, 2.5))
+                if not event:
+                    system.add_user_torque(used)
+                stepper = nutate.Stepper(system, time_step=0.01)
+                stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+                if event:
+                    stepper.add_event(used, crosses=0)
+                with self.subTest(name, event=event), self.assertRaisesRegex(nutate.NutateValueError, "callback .*expected a copy"):
+                    stepper.run_to(0.1)
+                self.assertLess(stepper.time, 0.04)
+        # To read it does no harm, nor to use a copy.
+        seen = []
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(lambda t, q, omega: seen.append((stepper.time, other.step(0.01))) or np.zeros(3))
+        stepper, other = nutate.Stepper(system, time_step=0.01), nutate.Stepper(nutate.System(moments=(1, 2, 2.5)))
+        stepper.run(3)
+        self.assertGreater(other.time, 0.02)
+        self.assertEqual(seen[0][0], 0.0)
+
     def test_a_copied_stepper_is_of_its_class(self):
         class Mine(nutate.Stepper):
             """A stepper of a program."""
@@ -254,6 +285,14 @@ class OwnersTest(unittest.TestCase):
         system.add("rotor", momentum=(0, 0, 1))
         with self.assertRaisesRegex(nutate.NutateValueError, "second group &gravity"):
             system.add("gravity", acceleration=(0, 0, -1))
+
+    def test_values_that_a_system_would_not_use_are_refused(self):
+        scene = nutate.Scene(BOX)
+        for given in (dict(moments=(1, 2, 2.5), size=(1, 2, 3)), dict(moments=(1, 2, 2.5), density=3.0), dict(scene=scene, mass=2.0),
+                      dict(text="&body inertia = 1, 2, 2.5 /", mass=3.0), dict(scene=scene, center_of_mass=(0, 0, 1)),
+                      dict(shape="sphere", size=1, mass=1, about_center=True), dict(scene=scene, about_center=True)):
+            with self.subTest(given), self.assertRaisesRegex(nutate.NutateValueError, "expected"):
+                nutate.System(**given)
 
     def test_failures_are_what_python_calls_them(self):
         with self.assertRaises(OSError) as caught:
