@@ -110,6 +110,25 @@ class InterruptTest(Interrupted):
         rows = self.stop(lambda: stepper.run(10 ** 7, every=5), rows=2 * 10 ** 6)
         self.assertTrue(np.all(np.diff(rows["kinetic"]) < 0))
 
+    def test_a_slow_torque_is_no_obstacle(self):
+        def slow(t, q, omega):
+            calls.append(t)
+            if len(calls) == 5:
+                os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.03)
+            return np.zeros(3)
+
+        system = nutate.System(moments=(1, 2, 2.5))
+        scene = nutate.Scene(BOX)
+        for made in (system, scene):
+            made.add_user_torque(slow)
+        stepper = nutate.Stepper(system, time_step=1e-2)
+        for run in (lambda: stepper.run_to(5.0), lambda: stepper.run(500), lambda: stepper.steps(0.01, 500), scene.run):
+            calls = []
+            with self.assertRaises(KeyboardInterrupt):
+                run()
+            self.assertLess(len(calls), 50)
+
     def test_a_solution_with_a_torque_of_python_leaves_its_rows(self):
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_user_torque(lambda t, q, omega: -1e-3 * omega)

@@ -142,7 +142,7 @@ contains
             if (present(observer)) then
                call observe_step(progress, policy, system, watched, over .or. progress%summary%steps /= steps, over, &
                                  observer, status)
-               if (tries_of(progress) >= next_poll) call poll_observer(next_poll)
+               if (vets .or. tries_of(progress) >= next_poll) call poll_observer(next_poll)
             end if
             if (waits) then
                if (progress%events%n_due > 0 .or. is_sample_due(progress)) return

@@ -72,7 +72,7 @@ contains
          if (code /= NUTATE_OK) return
          if (handle%run%stepper%uncertified > 0) call count_uncertified(handle%run%summary)
          if (present(done)) done = i
-         if (mod(i, steps_between_polls) == 0) then
+         if (mod(i, steps_between_polls) == 0 .or. .not. handle%plain) then
             call handle%poll%ask(handle%status)
             code = handle%status%code
             if (code /= NUTATE_OK) return
