@@ -19,11 +19,11 @@ from ._library import (Array, BAD_HANDLE, HessianCallback, KnownAttributes, Nuta
 
 # Memory of callbacks that is known by its address, at most.
 MOST_VIEWS = 4096
-# Functions that only read a stepper: a callback may use them of the stepper that calls it.
+# Functions that only read a stepper or a scene: a callback may use them of what calls it.
 READING = frozenset("nutate_stepper_" + name for name in (
     "time quaternion conjugate_momentum angular_velocity angular_velocity_space angular_momentum angular_momentum_space matrix euler "
     "constraints conserved accuracy solver uncertified width column_names event_count event wheel_count wheel sphere_count sphere "
-    "orbit lvlh_attitude time_dependent_work").split())
+    "orbit lvlh_attitude time_dependent_work").split()) | {"nutate_scene_get_plan", "nutate_scene_get_initial", "nutate_sweep_size"}
 
 
 class Owner(KnownAttributes):
@@ -79,9 +79,14 @@ class Owner(KnownAttributes):
 
     def _work(self, function: Any, *arguments: Any) -> int:
         """The status of a function that changes what this owns, which its callbacks must leave as it is."""
+        if self._callbacks._kept:
+            self._callbacks.refuse(self)
+        return self._read_by(function, *arguments)
+
+    def _read_by(self, function: Any, *arguments: Any) -> int:
+        """The status of a function that only reads what this owns: its callbacks may read it too, but not change it."""
         if not self._callbacks._kept:
             return interruptible(function, *arguments)
-        self._callbacks.refuse(self)
         self._callbacks.callers.append(self)
         try:
             return interruptible(function, *arguments)

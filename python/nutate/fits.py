@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, KnownAttributes, answer, interruptible, library, pointer, text_of, vector
+from ._library import Array, KnownAttributes, answer, library, pointer, text_of, vector
 from .sweeps import SceneOrPath, with_table
 
 
@@ -210,7 +210,7 @@ def fit(scene: SceneOrPath, *overrides: str) -> FitResult:
     problem = FitProblem(scene, *overrides)
     made, n = problem._scene, problem.x0.size
     x, cov, converged = np.empty(n), np.empty((n, n)), ctypes.c_int()
-    status, text = answer(interruptible, library.nutate_fit_solve, made._handle, pointer(x), pointer(cov), ctypes.byref(converged))
+    status, text = answer(made._read_by, library.nutate_fit_solve, made._handle, pointer(x), pointer(cov), ctypes.byref(converged))
     made._conclude(status, message=text)
     fun = problem.residuals(x)
     return FitResult(x, fun, problem.jacobian(x), problem.cost(x), bool(converged.value), text or "converged",

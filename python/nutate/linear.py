@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, answer, doubles, interruptible, library, number, refusal
+from ._library import Array, answer, doubles, library, number, refusal
 from .scenes import Scene
 from .sweeps import SceneOrPath, with_table
 
@@ -248,6 +248,6 @@ def equilibria(scene: SceneOrPath, *overrides: str) -> list[Equilibrium]:
 def found_by(scene: Scene, function: Any, *arguments: float) -> Any:
     """Returns the results that a function of the library writes as JSON for a scene."""
     text = ctypes.create_string_buffer(TEXT_SIZE)
-    status, message = answer(interruptible, function, scene._handle, *arguments, text, TEXT_SIZE)
+    status, message = answer(scene._read_by, function, scene._handle, *arguments, text, TEXT_SIZE)
     scene._conclude(status, message=message)
     return json.loads(text.value)

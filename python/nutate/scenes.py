@@ -10,7 +10,7 @@ from typing import Any, Optional, Union
 
 import numpy as np
 
-from ._library import (Address, Array, Text, Textual, answer, asked, check, create, encoded, interruptible, library, name_of, pointer,
+from ._library import (Address, Array, Text, Textual, answer, asked, check, create, encoded, library, name_of, pointer,
                        refusal, shown, text_of)
 from .events import History, take_events
 from .systems import UserEffects
@@ -147,7 +147,7 @@ class Scene(UserEffects):
         101
         """
         handle = ctypes.c_void_p()
-        status, message = answer(interruptible, library.nutate_scene_run, self._handle, ctypes.byref(handle))
+        status, message = answer(self._read_by, library.nutate_scene_run, self._handle, ctypes.byref(handle))
         columns, self._uncertified_steps = take_history(handle)
         self._conclude(status, columns, message)
         columns._warn()
@@ -168,7 +168,7 @@ class Scene(UserEffects):
         NutateError
             If the run fails; `PATH.partial` has the rows so far.
         """
-        status, message = answer(interruptible, library.nutate_scene_write, self._handle, None if path is None else encoded(path))
+        status, message = answer(self._read_by, library.nutate_scene_write, self._handle, None if path is None else encoded(path))
         self._conclude(status, message=message)
 
 

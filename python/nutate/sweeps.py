@@ -14,7 +14,7 @@ from typing import Any, Callable, Iterator, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Text, answer, check, doubles, encoded, interruptible, library, names_degrees, pointer, refusal, text_of, ticking, whole
+from ._library import Text, answer, check, doubles, encoded, library, names_degrees, pointer, refusal, text_of, ticking, whole
 from .scenes import Scene
 from .tables import reject_repeated
 
@@ -205,7 +205,7 @@ def rows_of(scene: Scene, first: int, last: int, threads: int) -> Rows:
         name = text_of(library.nutate_sweep_field, scene._handle, i, ctypes.byref(is_whole))
         fields.append((name, np.int64 if is_whole.value else np.float64))
     rows = np.zeros(max(0, last - first + 1), dtype=fields)
-    status, message = answer(interruptible, library.nutate_sweep_members, scene._handle, first, last, threads, rows.ctypes.data,
+    status, message = answer(scene._read_by, library.nutate_sweep_members, scene._handle, first, last, threads, rows.ctypes.data,
                              rows.nbytes)
     if not status:
         scene._callbacks.discard()

@@ -113,6 +113,10 @@ class OwnersTest(unittest.TestCase):
                 with self.subTest(name, event=event), self.assertRaisesRegex(nutate.NutateValueError, "callback .*expected a copy"):
                     stepper.run_to(0.1)
                 self.assertLess(stepper.time, 0.04)
+        scene = nutate.Scene(BOX)
+        scene.add_user_torque(lambda t, q, omega: scene.plan and scene.close() or np.zeros(3))
+        with self.assertRaisesRegex(nutate.NutateValueError, "callback .*expected a copy"):
+            scene.run()
         # To read it does no harm, nor to use a copy.
         seen = []
         system = nutate.System(moments=(1, 2, 2.5))
