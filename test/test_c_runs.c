@@ -172,6 +172,8 @@ static int steps_taken_again(void)
         for (j = 0; j < 8; ++j) CHECK(fabs(rows[8 + j] - row[0][j]) < 1e-12);
         EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, NULL, -0.02, 2, times, rows));
         EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, NULL, 0.0, 2, times, rows));
+        /* Steps that do not change the time would never reach the rows. */
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, NULL, 1e-20, 2, times, rows));
         EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 30, 30, row[0], 1, NULL));
         EXPECT(NUTATE_OK, nutate_stepper_run(copy, 30, 30, row[1], 1, NULL));
         for (j = 0; j < 8; ++j) CHECK(row[0][j] == row[1][j]);

@@ -115,7 +115,7 @@ contains
       type(tangent_t) :: inside
       type(run_record_t) :: record
       type(state_t) :: there
-      real(wp) :: since
+      real(wp) :: since, before
       real(wp), dimension(size(handle%inside%work)) :: works, each
       integer :: i
       columns = handle%columns
@@ -123,7 +123,10 @@ contains
       works = 0.0_wp
       i = 1
       do while (i <= size(times))
+         before = state%t
          call take_step(handle, state, dt, status)
+         if (status%code == 0 .and. .not. abs(state%t - before) > 0.0_wp) status = fail( &
+            NUTATE_BAD_ARGUMENT, 'dt is too short to change the time (expected a longer step)', 'dt')
          do while (i <= size(times))
             if (status%code /= 0) return
             if (sign(1.0_wp, dt)*(times(i) - state%t) > 0.0_wp) exit
