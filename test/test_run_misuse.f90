@@ -305,6 +305,11 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'two times of torques')
       call make_tabulated_torque(times, numbers(1:2, :), torque, status, at)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'two components of a torque')
+      call ieee_set_halting_mode(ieee_invalid, .false.)
+      call make_tabulated_torque(times, numbers(1:3, :), torque, status, at, start=ieee_value(1.0_wp, ieee_quiet_nan))
+      call check(error, status%code, NUTATE_BAD_ARGUMENT, 'a start that is not finite')
+      call make_tabulated_torque(times, numbers(1:3, :), torque, status, at, stop=ieee_value(1.0_wp, ieee_quiet_nan))
+      call check(error, status%code, NUTATE_BAD_ARGUMENT, 'a stop that is not finite')
       call make_tabulated_inertia(times, numbers(1:4, :), inertia, status, at)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'four moments of inertia')
       call make_tabulated_inertia(times, numbers(1:2, :), inertia, status, at)
@@ -564,6 +569,12 @@ contains
       call make_box(box, state)
       call integrate(box, integrator_settings_t(), state, usual, status, history)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
+      call history%open('never.csv', ['energy'], box, state, 0.0_wp, status, digits=18)
+      call check(error, trim(status%subject), 'digits')
+      call history%open('never.csv', ['energy'], box, state, 0.0_wp, status, digits=-1)
+      call check(error, trim(status%subject), 'digits')
+      call history%open('', ['energy'], box, state, 0.0_wp, status)
+      call check(error, trim(status%subject), 'name')
    end subroutine history_not_open
 
    !> Makes a box that rotates about its intermediate axis, and its initial state.

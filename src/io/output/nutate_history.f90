@@ -56,7 +56,8 @@ module nutate_history
 
 contains
 
-   !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of columns; `NUTATE_IO`.
+   !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of columns, an empty path and
+   !> a number of digits out of range; `NUTATE_IO`.
    subroutine open_history(self, name, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, &
                            propagated)
       class(history_t), intent(inout) :: self
@@ -81,6 +82,10 @@ contains
       !> Quantities that the run propagates, for columns that show them.
       type(propagated_t), intent(in), optional :: propagated
 
+      if (name == '') then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the path is empty (expected that of a file)', 'name')
+         return
+      end if
       call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
       if (.not. status%ok()) return
       call self%file%open(name, status)
@@ -141,6 +146,10 @@ contains
       if (.not. status%ok()) return
       self%digits = 0
       if (present(digits)) self%digits = digits
+      if (self%digits < 0 .or. self%digits > 17) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'digits is out of range (expected 1 to 17)', 'digits')
+         return
+      end if
       if (present(epoch)) self%epoch = epoch
       self%observes_every_step = self%columns%follows_steps
       self%wants_works = self%columns%needs_works

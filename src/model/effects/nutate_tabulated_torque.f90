@@ -157,7 +157,8 @@ contains
       if (present(start)) torque%start = start
       torque%stop = huge(1.0_wp)
       if (present(stop)) torque%stop = stop
-      if (.not. torque%periodic) then
+      ! A NaN stays, and is rejected: MAX and MIN would drop it.
+      if (.not. torque%periodic .and. torque%stop > torque%start) then
          torque%start = max(torque%start, times(1))
          torque%stop = min(torque%stop, times(size(times)))
       end if
