@@ -566,9 +566,19 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       type(history_t) :: history
+      integer :: unit
       call make_box(box, state)
       call integrate(box, integrator_settings_t(), state, usual, status, history)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
+      call history%open('no/folder/never.csv', ['energy'], box, state, 0.0_wp, status)
+      call integrate(box, integrator_settings_t(), state, usual, status, history)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT, 'after a failure')
+      call history%open('never.csv', ['energy'], box, state, 0.0_wp, status)
+      call history%abandon(status)
+      call integrate(box, integrator_settings_t(), state, usual, status, history)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT, 'after its end')
+      open (newunit=unit, file='never.csv.partial')
+      close (unit, status='delete')
       call history%open('never.csv', ['energy'], box, state, 0.0_wp, status, digits=18)
       call check(error, trim(status%subject), 'digits')
       call history%open('never.csv', ['energy'], box, state, 0.0_wp, status, digits=-1)

@@ -61,8 +61,8 @@ module nutate_observer
    contains
       !> Called with the first state, with each output point of the plan, and with the last state.
       procedure :: observe => ignore_row
-      !> Called after every 1024 fixed steps, and after every adaptive step, or after every step if `checks_steps`, since
-      !> callbacks may be slow: for a progress bar or a request to stop.
+      !> Called after every 1024 fixed steps, and after every adaptive step, or after every step if `checks_steps`,
+      !> since callbacks may be slow: for a progress bar or a request to stop.
       procedure :: poll => ignore_poll
       !> Called after every step of the method, before it is used, if `checks_steps`: a failure takes the step back and
       !> ends the run. For callbacks that can fail.

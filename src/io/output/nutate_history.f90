@@ -56,8 +56,8 @@ module nutate_history
 
 contains
 
-   !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of columns, an empty path and
-   !> a number of digits out of range; `NUTATE_IO`.
+   !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of columns, an empty path
+   !> and a number of digits out of range; `NUTATE_IO`.
    subroutine open_history(self, name, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, &
                            propagated)
       class(history_t), intent(inout) :: self
@@ -89,6 +89,7 @@ contains
       call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
       if (.not. status%ok()) return
       call self%file%open(name, status)
+      if (.not. status%ok()) call forget_rows(self)
       if (status%ok()) call self%file%put_line(self%header(), status)
    end subroutine open_history
 
@@ -242,6 +243,7 @@ contains
       class(history_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       call self%file%finish(status)
+      call forget_rows(self)
    end subroutine finish
 
    !> Ends a history that is not complete; the partial file stays. Errors: `NUTATE_IO`.
@@ -249,6 +251,13 @@ contains
       class(history_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       call self%file%abandon(status)
+      call forget_rows(self)
    end subroutine abandon
+
+   !> Frees the memory for rows: the history accepts none until it is opened again.
+   subroutine forget_rows(self)
+      class(history_t), intent(inout) :: self
+      if (allocated(self%values)) deallocate (self%values, self%line)
+   end subroutine forget_rows
 
 end module nutate_history

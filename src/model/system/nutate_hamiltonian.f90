@@ -24,8 +24,8 @@ module nutate_hamiltonian
 contains
 
    !> Returns the state of a body with an attitude and an angular velocity: p = 2 q∘[0, L], which is (4) on the
-   !> constraint (5), qᵀp = 0. Numbers that are not finite or beyond 1e100, a |q| that is not 1 to within 1e-6, and speeds
-   !> of more or fewer wheels give a momentum that every stepper rejects.
+   !> constraint (5), qᵀp = 0. Numbers that are not finite or beyond 1e100, a |q| that is not 1 to within 1e-6, and
+   !> speeds of more or fewer wheels give a momentum that every stepper rejects.
    pure type(state_t) function make_state(system, q, omega, t, speeds) result(state)
       !> System whose inertia, rotors and wheels are used.
       type(system_t), intent(in) :: system
