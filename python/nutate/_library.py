@@ -328,7 +328,8 @@ DEGREE_UNITS = re.compile(r"(?:(?:°|deg(?:rees?)?)(?:\s*(?:/|per|\*)?\s*s(?:ec(
 
 def attributed_units(values: Any) -> list[str]:
     """Returns the units in the attributes of an object of xarray, pandas or h5py; pandas has those of all columns by their names."""
-    units = values.attrs.get("units") if hasattr(values.attrs, "get") else None
+    named = values.attrs.items() if hasattr(values.attrs, "items") else ()
+    units = next((unit for key, unit in named if str(key).lower() in ("unit", "units")), None)
     if isinstance(units, Mapping):
         names = getattr(values, "columns", None)
         return [str(units.get(name, "")) for name in ([getattr(values, "name", None)] if names is None else names)]
@@ -445,8 +446,26 @@ def vector(values: npt.ArrayLike, size: int, name: str, degrees: bool = False) -
     return array
 
 
+def refuse_order(values: Any, name: str, orders: tuple[str, str] = ("wxyz", "0123")) -> None:
+    """Rejects four components whose labels, the columns or the index of pandas, or the coordinate of xarray, end in other orders."""
+    labels = getattr(values, "columns", None)
+    if labels is None:
+        labels = getattr(values, "index", None)
+    if hasattr(values, "dims") and hasattr(values, "coords"):
+        labels = values.coords[values.dims[-1]] if values.dims and values.dims[-1] in values.coords else None
+    if labels is None or callable(labels) or len(labels) != 4:
+        return
+    texts = [str(label) for label in np.asarray(labels).tolist()]
+    ends = "".join(text[-1:].lower() for text in texts)
+    if ends not in orders and "".join(sorted(ends)) in ("wxyz", "0123"):
+        raise refusal(f"{name} has components in the order {', '.join(texts)} "
+                      f"(expected {', '.join(orders[0])}: scalar {'first' if orders[0][0] == 'w' else 'last'})")
+
+
 def quaternion(q: Any, name: str = "q") -> Array:
     """Returns four numbers, scalar first, of an array or of a Rotation of SciPy."""
+    if type(q) not in (np.ndarray, tuple, list):
+        refuse_order(q, name)
     if type(q) is not np.ndarray and hasattr(q, "as_quat"):
         return vector(np.roll(q.as_quat(), 1), 4, name) if np.ndim(q.as_quat()) == 1 else vector(q.as_quat(), 4, name)
     return vector(q, 4, name)

@@ -15,7 +15,7 @@ from typing import Any, Iterator, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, check, doubles, library, pointer, quaternion, refusal, vector
+from ._library import Array, check, doubles, library, pointer, quaternion, refusal, refuse_order, vector
 from .systems import System
 
 
@@ -30,6 +30,7 @@ def _rows(values: Any, shape: tuple[int, ...], name: str, degrees: Optional[bool
 
 def _quaternions(q: Any, name: str = "q") -> Array:
     """Quaternions, scalar first, of such an array or of a Rotation of SciPy."""
+    refuse_order(q, name)
     return _rows(np.roll(q.as_quat(), 1, axis=-1) if hasattr(q, "as_quat") else q, (4,), name)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._library import (Array, FLOAT, MESSAGE_SIZE, Message, NAME_SIZE, NutateError, asked, check, create, digits, doubles, encoded, library,
-                       noted, number, pointer, quaternion, refusal, refuse_units, shown, text_of, vector, whole)
+                       noted, number, pointer, quaternion, refusal, refuse_order, refuse_units, shown, text_of, vector, whole)
 from ._owners import make_again
 from .attitudes import rotate_to_body
 from .events import Event, History, take_events
@@ -194,6 +194,7 @@ class Stepper(SatelliteState):
             return
         if (q is None) == (xyzw is None) or omega is None or frame not in ("body", "space"):
             raise refusal('wrong arguments of set_state (expected q or xyzw, omega, and frame="body" or "space")')
+        refuse_order(xyzw, "xyzw", ("xyzw", "1230"))
         attitude = quaternion(q) if xyzw is None else np.roll(vector(xyzw, 4, "xyzw"), 1)
         rates = vector(omega, 3, "omega")
         if frame == "space":

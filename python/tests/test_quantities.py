@@ -115,11 +115,47 @@ class QuantityTest(unittest.TestCase):
                 use(1.7)
         self.assertEqual(stepper.time, 0.0)
 
+    def test_labels_of_components(self):
+        """Labels as pandas (columns, or index of a row) and xarray have them."""
+        class Table(list):
+            columns = None
+
+        class Row(np.ndarray):
+            pass
+
+        class Array(np.ndarray):
+            dims = ("t", "component")
+
+        def table(labels):
+            made = Table([[1.0, 0.0, 0.0, 0.0]])
+            made.columns = labels
+            return made
+
+        def row(labels):
+            made = np.array([1.0, 0.0, 0.0, 0.0]).view(Row)
+            made.index = labels
+            return made
+
+        def array(labels):
+            made = np.array([[1.0, 0.0, 0.0, 0.0]]).view(Array)
+            made.coords = {"component": np.array(labels)}
+            return made
+
+        stepper = nutate.Stepper(nutate.System(moments=(5, 20, 17)), time_step=0.1)
+        for labelled in (table, row, array):
+            for labels in (["qx", "qy", "qz", "qw"], ["q1", "q2", "q3", "q0"], ["x", "y", "z", "W"], [1, 2, 3, 0], ["q3", "q2", "q1", "q0"]):
+                self.refuse("q has components in the order .*, .* scalar first", nutate.matrix_from_quat, labelled(labels))
+            for labels in (["qw", "qx", "qy", "qz"], ["q0", "q1", "q2", "q3"], [0, 1, 2, 3], ["a", "b", "c", "d"], ["q1", "q2", "q3", "q4"]):
+                nutate.matrix_from_quat(labelled(labels))
+        self.refuse("q has components in the order x, y, z, w", lambda q: stepper.set_state(q, (0, 0, 1)), row("xyzw"))
+        self.refuse("xyzw has components in the order w, x, y, z .*scalar last", lambda q: stepper.set_state(xyzw=q, omega=(0, 0, 1)), row("wxyz"))
+        stepper.set_state(xyzw=row("xyzw"), omega=(0, 0, 1))
+
     def test_units_in_attributes(self):
         """Attributes as xarray, pandas (by the names of columns) and h5py (bytes) have them."""
         class Labelled:
-            def __init__(self, values, units, name=None, columns=None):
-                self.values, self.attrs, self.name = np.array(values), {"units": units}, name
+            def __init__(self, values, units, name=None, columns=None, key="units"):
+                self.values, self.attrs, self.name = np.array(values), {key: units}, name
                 if columns:
                     self.columns = columns
 
@@ -145,6 +181,8 @@ class QuantityTest(unittest.TestCase):
             for units in ("deg", "deg/s", "°", "g", "rpm", "minutes", "min", "ms", "mrad", "km", "kN m", "furlong", "10 s", b"deg"):
                 with self.subTest(use=name, units=units):
                     self.refuse(f"{name} has the unit '{units if isinstance(units, str) else units.decode()}'.*SI units", use, units)
+            for key in ("unit", "Units"):
+                self.refuse(f"{name} has the unit 'rpm'", lambda units: use(units, key=key), "rpm")
             self.refuse(f"{name} has the unit 'deg/s'", lambda units: use(units, name="b"), {"a": "s", "b": "deg/s"})
             self.refuse(f"{name} has the unit 'deg/s'", lambda units: use(units, columns=["a", "b"]), {"a": "s", "b": "deg/s"})
             use({"a": "deg", "b": "rad/s"}, name="b")
