@@ -21,6 +21,8 @@ from .tables import Columns, stacked
 
 # Names of inertial axes, as src/io/scene/reading/nutate_aem_keywords.f90 has them.
 INERTIAL = {"ICRF", "ICRF2", "ICRF3", "GCRF", "EME2000", "J2000", "ECLIPJ2000", "MOD", "TOD", "TEME", "B1950"}
+# Names of axes that rotate, without their numbers, as that file has them.
+ROTATING = re.compile(r"(?!.*_inertial)(?:itrf|dtrf|efg|grc|gtod|tdr|tirs|wgs|lvlh|rsw|rtn|qsw|tnw|ntw|nsw|sez|vnc)(?![a-z])", re.IGNORECASE)
 # Attitude error between the rows of files for other programs, rad, where the rows would be the ends of steps.
 USUAL_ERROR = 1e-5
 # Largest turn between two chosen rows, rad; part of the error that is used at the quarters; more rows are a mistake.
@@ -541,12 +543,14 @@ class Exchange(Columns):
         return True
 
     def _attitudes(self, error: float, frame: str = "") -> tuple[Array, Array, Array]:
-        """Times, attitudes and angular velocities, in ascending order: in inertial axes, or relative to a rotating frame, which `frame`
-        must not call inertial."""
+        """Times, attitudes and angular velocities, in ascending order: in inertial axes, or relative to a rotating frame; `frame` must not
+        name axes of the other kind."""
         rate, known = self.system.frame_rate, self._knows_axes()
         if not known and frame.upper() in INERTIAL:
             raise refusal(f"the space axes rotate, and space_frame={frame!r} names inertial axes (expected the name of the axes of "
                           "&rotating_frame, such as 'LAB')")
+        if known and np.any(rate) and ROTATING.match(frame):
+            raise refusal(f"space_frame={frame!r} names axes that rotate, and the attitudes are in inertial axes (expected their name, such as 'ICRF')")
 
         def converted(t: Array, q: Array, omega: Array) -> tuple[Array, Array]:
             # The angular velocities of a solution are absolute.

@@ -275,6 +275,13 @@ class Messages(Folder):
             one, other = found["lvlh", error], found["inertial", error]
             self.assertEqual(len(one.t), len(other.t))
             np.testing.assert_allclose(one.q, other.q, rtol=0, atol=1e-6)
+        solution = nutate.solve(nutate.Scene(text=text))
+        for name in ("LVLH", "rsw_rotating"):
+            with self.assertRaisesRegex(nutate.NutateValueError, f"space_frame='{name}' names axes that rotate"):
+                solution.to_aem(self.path("a.aem"), space_frame=name)
+        solution.to_aem(self.path("a.aem"), space_frame="LVLH_INERTIAL")
+        with self.assertRaisesRegex(nutate.NutateValueError, "the other way round"):
+            solution.to_aem(self.path("a.aem"), space_frame="SC_BODY_1", body_frame="ARM")
 
     def test_inertial_axes_do_not_rotate(self):
         system = nutate.System(text="&body inertia = 1, 2, 2.5 / &rotating_frame latitude = 1 /")

@@ -232,6 +232,7 @@ class Exports(CommandLineTest):
         for name in ("ICRF", "j2000", "ECLIPJ2000"):
             self.fail_with(2, "export", "lab.csv", "--scene", "lab.nml", "--aem", "-", "--set", f"scene.space_frame={name}",
                            says=("lab.csv: the space axes rotate", f"'{name}' names inertial axes"))
+        self.fail_with(2, "export", "lab.csv", "--scene", "lab.nml", "--aem", "-", "--error", "0.1", says=("lab.csv: the space axes rotate",))
 
     def test_lvlh_axes_become_inertial(self):
         self.write("sat.nml", SATELLITE)
@@ -250,6 +251,17 @@ class Exports(CommandLineTest):
             self.assertEqual(date, other)
             for value, wanted in zip(values, expected):
                 self.assertAlmostEqual(value, wanted, delta=1e-8)
+
+    def test_names_that_a_reader_takes_otherwise_are_rejected(self):
+        self.write("sat.nml", SATELLITE)
+        self.succeed("run", "sat.nml", "--quiet")
+        for name in ("LVLH", "ITRF2014", "rsw_rotating"):
+            self.fail_with(2, "export", "sat.csv", "--scene", "sat.nml", "--aem", "-", "--set", f"scene.space_frame={name}",
+                           says=(f"space_frame = '{name}' names axes that rotate", "the attitudes are in inertial axes"))
+        self.succeed("export", "sat.csv", "--scene", "sat.nml", "--aem", "-", "--set", "scene.space_frame=LVLH_INERTIAL")
+        for space, body in (("SC_BODY_1", "ARM"), ("LAB", "RTN"), ("SENSOR_1", "ICRF")):
+            self.fail_with(2, "export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "-", "--set", f"scene.space_frame={space}",
+                           "--set", f"scene.body_frame={body}", says=(f"'{space}'", f"'{body}'", "the other way round"))
 
     def test_messages_are_read_in_lvlh_axes(self):
         librating = SATELLITE.replace("attitude_from", "roll_pitch_yaw = 0.2, 0.1, -0.1, attitude_from")

@@ -318,6 +318,21 @@ class Times(FrameTest):
         self.fail_with(2, "run", "rest.nml", "--unset", "scene.epoch", "--unset", "scene.time_system",
                        says=("rest.nml:4: the records of rotating.aem have dates", "expected epoch and time_system of &scene"))
 
+    def test_axes_that_rotate_are_not_inertial(self):
+        self.rows_with(rotating())
+        good = self.read("rotating.aem")
+        scene = self.read("rest.nml")
+        orbit, lab = "&orbit altitude = 500e3 /\n", "&rotating_frame rate = 0, 0, 0.5 /\n"
+        for group, frame, says in ((orbit, "LVLH", "names axes that rotate"), (orbit.replace(" /", ", frame = 'lvlh' /"), "RSW_ROTATING", "rotate"),
+                                   (orbit, "ITRF-97", "rotate"), (lab, "ICRF", "the space axes rotate, and REF_FRAME_A of rotating.aem")):
+            self.write("rotating.aem", good.replace("REF_FRAME_A = ICRF", "REF_FRAME_A = " + frame))
+            self.write("rest.nml", scene + group)
+            self.fail_with(2, "run", "rest.nml", says=("rest.nml:4: ", f"'{frame}'", says))
+        for group, frame in ((orbit, "TNW_INERTIAL"), (lab, "LVLH"), ("", "ITRF-97")):
+            self.write("rotating.aem", good.replace("REF_FRAME_A = ICRF", "REF_FRAME_A = " + frame))
+            self.write("rest.nml", scene + group)
+            self.succeed("check", "rest.nml")
+
     def test_the_message_is_not_written_over(self):
         self.rows_with(rotating())
         self.fail_with(2, "run", "rest.nml", "--output", "rotating.aem", says=("rotating.aem",))

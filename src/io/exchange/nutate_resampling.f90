@@ -183,6 +183,8 @@ contains
       type(attitude_rows_t), intent(out) :: chosen
       integer :: i, place
       chosen%labels = rows%labels
+      chosen%rotates = rows%rotates
+      chosen%on_orbit = rows%on_orbit
       chosen%t = t
       allocate (chosen%q(4, size(t)), chosen%omega(3, size(t)))
       place = 1

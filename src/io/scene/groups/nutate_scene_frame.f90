@@ -52,15 +52,16 @@ contains
             call error%raise(groups(i)%line, 'a further &frame', expected='at most three')
             return
          end if
-         if (.not. allocated(groups(i)%table)) call read_frame(groups(i), labels, scene, error)
+         if (.not. allocated(groups(i)%table)) call read_frame(groups(i), labels, effects, scene, error)
          if (.not. error%raised) call make_frame(groups(i)%table%numbers, effects%frames(effects%n_frames), far)
       end do
    end subroutine build_frames
 
    !> Reads the message of a group. Raises an error, with file and line, if it does not give an attitude between times.
-   subroutine read_frame(group, labels, scene, error)
+   subroutine read_frame(group, labels, effects, scene, error)
       type(group_t), intent(inout) :: group
       type(labels_t), intent(in) :: labels
+      type(effect_list_t), intent(in) :: effects
       character(len=*), intent(in) :: scene
       type(scene_error_t), intent(inout) :: error
       type(attitude_rows_t) :: rows
@@ -70,7 +71,7 @@ contains
       integer :: far
       call read_named_file(group, 'attitude', scene, 'an AEM', path, text, error)
       if (error%raised) return
-      call read_records(text, path, labels, rows, problem, has_place)
+      call read_records(text, path, labels, effects, rows, problem, has_place)
       if (problem /= '') then
          call error%raise(group%line_of('attitude'), problem)
          error%elsewhere = has_place

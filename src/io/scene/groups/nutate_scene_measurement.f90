@@ -215,8 +215,8 @@ contains
          character(len=:), allocatable :: problem
          logical :: has_place
          integer :: i, n
-         call read_message(text, measurement%file, labels, measurement%columns, measurement%times, measurement%rows, &
-                           problem, has_place)
+         call read_message(text, measurement%file, labels, effects, measurement%columns, measurement%times, &
+                           measurement%rows, problem, has_place)
          if (problem == '' .and. .not. effects%knows_space_axes() .and. measurement%kind == VALUES) &
             problem = &
                'the rates of an AEM belong to axes that do not rotate (expected attitudes where space axes rotate)'

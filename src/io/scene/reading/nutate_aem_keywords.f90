@@ -13,7 +13,7 @@ module nutate_aem_keywords
 
    public :: ANGULAR_VELOCITY, DERIVATIVE, NO_RATES, ROTATION_RATE
    public :: known_keywords, keyword_length, attitude_types, attitude_type_t, ecliptic, equatorial, from_ecliptic, &
-      is_ecliptic, is_inertial, is_inverted, standard_frame
+      is_ecliptic, is_inertial, is_inverted, is_rotating, standard_frame
 
    integer, parameter :: keyword_length = 24
 
@@ -60,6 +60,11 @@ module nutate_aem_keywords
       'eclipj2000', 'b1950', 'cirs', 'dtrf', 'efg', 'teme', 'temeofdate', 'temeofepoch', 'tdr', 'tirs', 'tod', 'mod', &
       'moe', 'gtod', 'wgs', 'mci', 'lvlh', 'rsw', 'rtn', 'qsw', 'tnw', 'ntw', 'nsw', 'eqw', 'pqw', 'sez', 'uvw', 'vnc']
 
+   !> Names of axes that rotate, those of orbits and of the Earth, without their numbers; `_INERTIAL` behind them: the
+   !> axes of one time.
+   character(len=*), parameter :: rotating_names(*) = [character(len=12) :: 'itrf', 'dtrf', 'efg', 'grc', 'gtod', 'tdr', &
+      'tirs', 'wgs', 'lvlh', 'rsw', 'rtn', 'qsw', 'tnw', 'ntw', 'nsw', 'sez', 'vnc']
+
 contains
 
    !> Returns true if only the first of two frames is fixed in the spacecraft.
@@ -105,5 +110,11 @@ contains
       character(len=*), intent(in) :: frame
       is_inertial = any(inertial_names == lower_case(frame))
    end function is_inertial
+
+   !> Returns true for the name of axes that rotate.
+   pure logical function is_rotating(frame)
+      character(len=*), intent(in) :: frame
+      is_rotating = is_one_of(rotating_names, frame) .and. index(lower_case(frame), '_inertial') == 0
+   end function is_rotating
 
 end module nutate_aem_keywords

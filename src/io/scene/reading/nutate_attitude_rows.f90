@@ -23,6 +23,8 @@ module nutate_attitude_rows
       real(wp), allocatable :: q(:, :)
       !> The space axes are those of a rotating frame, which inertial axes must not name.
       logical :: rotates = .false.
+      !> The space axes are the inertial ones of an orbit, which rotating axes must not name.
+      logical :: on_orbit = .false.
       !> Ω relative to the space axes, body axes, rad/s; shape (3, n). Not allocated if rates are not known.
       real(wp), allocatable :: omega(:, :)
       !> Number of the segment of each row, 1, 2, ..., between which there is no motion: a message may have gaps, and
@@ -73,6 +75,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer :: i
       rows%rotates = .not. effects%knows_space_axes()
+      rows%on_orbit = effects%on_orbit
       if (rows%rotates) then
          call turn_rates(rows, effects%frame_rate)
       else if (effects%frame_turns) then

@@ -1,9 +1,10 @@
 !> Attitudes and angular velocities of an Attitude Ephemeris Message (CCSDS 504.0-B) at times and in axes of a scene: as
 !> measurements, or as those of a frame.
 module nutate_measured_message
-   use nutate_aem_keywords, only: equatorial, from_ecliptic, is_ecliptic, standard_frame
+   use nutate_aem_keywords, only: equatorial, from_ecliptic, is_ecliptic, is_inertial, is_rotating, standard_frame
    use nutate_aem_reading, only: parse_aem
    use nutate_attitude_rows, only: attitude_rows_t
+   use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp, pi
    use nutate_printable, only: printable_path, quoted
    use nutate_quaternion, only: quat_conjugate, quat_product
@@ -24,10 +25,12 @@ contains
    end function is_message
 
    !> Reads the columns q0 to q3, and omega1 to omega3 with or without `_deg`, at times of the scene.
-   subroutine read_message(text, path, labels, columns, times, rows, problem, has_place)
+   subroutine read_message(text, path, labels, effects, columns, times, rows, problem, has_place)
       character(len=*), intent(in) :: text, path
       !> Labels of the scene.
       type(labels_t), intent(in) :: labels
+      !> Effects of the scene, which give its space axes.
+      type(effect_list_t), intent(in) :: effects
       character(len=*), intent(in) :: columns(:)
       !> Times, s past the epoch of the scene, shape (n); values, shape (columns, n).
       real(wp), allocatable, intent(out) :: times(:), rows(:, :)
@@ -37,7 +40,7 @@ contains
       logical, intent(out) :: has_place
       type(attitude_rows_t) :: read
       integer :: i
-      call read_records(text, path, labels, read, problem, has_place)
+      call read_records(text, path, labels, effects, read, problem, has_place)
       if (problem == '' .and. labels%body_frame /= '' .and. labels%body_frame /= read%labels%body_frame) &
          problem = 'REF_FRAME_B of '//printable_path(path)//' is '//quoted(read%labels%body_frame)// &
                    ', not the body_frame of &scene (expected '//quoted(labels%body_frame)//')'
@@ -54,10 +57,12 @@ contains
 
    !> Reads the records of a message, whatever body they are of: times past the epoch of the scene, attitudes in its
    !> space axes.
-   subroutine read_records(text, path, labels, read, problem, has_place)
+   subroutine read_records(text, path, labels, effects, read, problem, has_place)
       character(len=*), intent(in) :: text, path
       !> Labels of the scene.
       type(labels_t), intent(in) :: labels
+      !> Effects of the scene, which give its space axes.
+      type(effect_list_t), intent(in) :: effects
       type(attitude_rows_t), intent(out) :: read
       !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
@@ -66,7 +71,7 @@ contains
       integer :: i
       call parse_aem(text, path, read, problem)
       has_place = problem /= ''
-      if (problem == '') call check_labels(labels, read%labels, printable_path(path), problem)
+      if (problem == '') call check_labels(labels, read%labels, effects, printable_path(path), problem)
       if (problem /= '') return
       if (is_ecliptic(labels%space_frame)) then
          do i = 1, read%count()
@@ -87,8 +92,9 @@ contains
    end function past
 
    !> Reports why the records of a message cannot be used in the scene.
-   pure subroutine check_labels(scene, message, path, problem)
+   pure subroutine check_labels(scene, message, effects, path, problem)
       type(labels_t), intent(in) :: scene, message
+      type(effect_list_t), intent(in) :: effects
       character(len=*), intent(in) :: path
       character(len=:), allocatable, intent(inout) :: problem
       character(len=:), allocatable :: frame
@@ -100,6 +106,12 @@ contains
       else if (frame /= '' .and. standard_frame(frame) /= standard_frame(message%space_frame)) then
          problem = 'REF_FRAME_A of '//path//' is '//quoted(message%space_frame)//', not the space_frame of &scene'// &
                    ' (expected '//quoted(frame)//')'
+      else if (.not. effects%knows_space_axes()) then
+         if (is_inertial(message%space_frame)) problem = 'the space axes rotate, and REF_FRAME_A of '//path//', '// &
+            quoted(message%space_frame)//', names inertial axes (expected attitudes relative to the rotating axes)'
+      else if (effects%on_orbit .and. is_rotating(message%space_frame)) then
+         problem = 'REF_FRAME_A of '//path//', '//quoted(message%space_frame)// &
+                   ', names axes that rotate (expected attitudes in the inertial axes of the orbit)'
       end if
    end subroutine check_labels
 
