@@ -152,7 +152,8 @@ class VaryingInertia(CommandLineTest):
                       "x in spacecraft axes,y in spacecraft axes,z in spacecraft axes", "body and not space x,y,z"):
             check("torque.nml", names, "")
         space = ("--set", "torque.axes=space")
-        for names in ("x_space,y_space,z_space", "tau_X_ECI,tau_Y_ECI,tau_Z_ECI", "inertial x,inertial y,inertial z"):
+        for names in ("x_space,y_space,z_space", "tau_X_ECI,tau_Y_ECI,tau_Z_ECI", "inertial x,inertial y,inertial z",
+                      "T_ENU_x,T_ENU_y,T_ENU_z", "x_eclipj2000,y_eclipj2000,z_eclipj2000"):
             check("torque.nml", names, f"'{names.split(',')[0]}' names other axes (expected components along body axes)")
             check("torque.nml", names, "", *space)
         check("torque.nml", "x_body,y_body,z_body", "'x_body' names other axes (expected components along space axes)", *space)
@@ -161,7 +162,8 @@ class VaryingInertia(CommandLineTest):
                             ("rotating", "&rotating_frame rate = 0, 0, 1e-4 /"), ("space", "&rotating_frame rate = 0, 0, 1e-4, on = .false. /")):
             self.write(f"{frame}.nml", self.read("torque.nml") + rest + "\n")
             for name, wrong in (("space", ()), ("inertial", ("LVLH", "rotating")), ("J2000", ("LVLH", "rotating")),
-                                ("LVLH", ("inertial", "space")), ("ECEF", ("LVLH", "inertial", "space"))):
+                                ("TEME", ("LVLH", "rotating")), ("LVLH", ("inertial", "space")), ("VVLH", ("inertial", "space")),
+                                ("ECEF", ("LVLH", "inertial", "space")), ("NED", ("LVLH", "inertial")), ("RTN", ("LVLH", "inertial", "space"))):
                 says = f"'Tx_{name}' names other axes (expected components along {frame} axes)" if frame in wrong else ""
                 check(f"{frame}.nml", f"Tx_{name},Ty_{name},Tz_{name}", says, *space)
         check("orbit.nml", "x_ECEF,y_ECEF,z_ECEF", "'x_ECEF' names other axes (expected components along inertial axes)")

@@ -335,17 +335,20 @@ contains
       !> Error message; unchanged if there is none.
       character(len=:), allocatable, intent(inout) :: problem
       character(len=*), parameter :: word_letters = 'abcdefghijklmnopqrstuvwxyz0123456789'
-      !> Names of body axes, of space axes, of inertial ones, and of rotating ones.
-      character(len=8), parameter :: words(12) = [character(len=8) :: 'body', 'space', 'inertial', 'eci', 'gcrf', &
-                                                  'icrf', 'j2000', 'eme2000', 'gcrs', 'lvlh', 'ecef', 'itrf']
+      !> Names of body axes, of space axes, of inertial ones, of those of the LVLH frame, of a place, and of other
+      !> rotating ones.
+      character(len=10), parameter :: words(22) = [character(len=10) :: 'body', 'space', 'inertial', 'eci', 'gcrf', &
+         'icrf', 'j2000', 'eme2000', 'gcrs', 'teme', 'b1950', 'eclipj2000', 'lvlh', 'vvlh', 'ned', 'enu', 'ecef', 'ecf', &
+         'itrf', 'rtn', 'rsw', 'ric']
       logical :: is_right(size(words)), found(size(words), size(first))
       character(len=:), allocatable :: rest
       integer :: i, n
       is_right(1) = frame == 'body'
       is_right(2) = frame /= 'body'
-      is_right(3:9) = frame == 'inertial' .or. frame == 'space'
-      is_right(10) = frame == 'LVLH' .or. frame == 'rotating'
-      is_right(11:) = frame == 'rotating'
+      is_right(3:12) = frame == 'inertial' .or. frame == 'space'
+      is_right(13:14) = frame == 'LVLH' .or. frame == 'rotating'
+      is_right(15:16) = frame == 'rotating' .or. frame == 'space'
+      is_right(17:) = frame == 'rotating'
       found = .false.
       do i = 1, size(first)
          rest = lower_case(text(first(i):last(i)))
