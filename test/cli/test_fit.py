@@ -190,10 +190,13 @@ class Fit(CommandLineTest):
                 (dates.replace("ICRF", "EME2000"), scene, "REF_FRAME_A of dated.aem is 'ICRF', not the space_frame of &scene"),
                 (dates.replace("12.7", "13.2"), scene, "record 1 of dated.aem: the time of a measurement is outside of the run"),
                 (dates, scene.replace("'omega3'", "'phi'"), "dated.aem has no column 'phi' (expected q0 to q3, or omega1 to omega3)"),
-                (dates, scene + "&rotating_frame rate = 0, 0, 0.1 /\n", "the rates of an AEM belong to axes that do not rotate")):
+                (dates, scene + "&rotating_frame rate = 0, 0, 0.1 /\n", "the space axes rotate, and REF_FRAME_A of dated.aem, 'ICRF', names")):
             with self.subTest(says):
                 self.write("m.nml", head + text)
                 self.fail_with(2, "fit", "m.nml", says=(says,))
+        self.write("dated.aem", self.read("dated.aem").replace("ICRF", "LAB"))
+        self.write("m.nml", dates.replace("ICRF", "LAB") + scene + "&rotating_frame rate = 0, 0, 0.1 /\n")
+        self.fail_with(2, "fit", "m.nml", says=("the rates of an AEM belong to axes that do not rotate",))
         self.write("dated.aem", self.read("dated.aem").replace("META_STOP", "META_END", 1))
         self.write("m.nml", dates + scene)
         self.fail_with(2, "fit", "m.nml", says=("dated.aem:", "META_END"))
@@ -251,6 +254,20 @@ class Fit(CommandLineTest):
             self.succeed("fit", "free.nml", "--quiet", "--plot", "free.svg")
             with open(self.path("free.svg"), encoding="utf-8") as file:
                 self.assertNotIn("standard deviations", file.read())
+
+    def test_without_sigma_data_without_noise_are_fitted(self):
+        run = "&integrator accuracy = 1e-11, end_time = 4 /\n&output interval = 0.2 /\n"
+        self.write("exact.nml", "&body inertia = 5.5, 19, 17 /\n&initial angular_velocity = 0.3, 0.1, 0.5 /\n" + run)
+        self.succeed("run", "exact.nml", "--quiet")
+        for columns, more in (("'q0', 'q1', 'q2', 'q3'", ""), ("'omega1', 'omega2', 'omega3'", ", bias = 'constant'")):
+            for first in ("0.3", "0.31"):
+                with self.subTest(columns, first=first):
+                    self.write("guess.nml", self.read("exact.nml").replace("= 0.3,", f"= {first},") + "&free key = 'initial.angular_velocity' /\n"
+                               f"&measurement file = 'exact.csv', columns = {columns}{more} /\n")
+                    self.succeed("fit", "guess.nml", "--quiet")
+                    values = re.search("angular_velocity = ([^/\n]*)", self.read("guess.fit.nml"))[1].split(",")
+                    for value, wanted in zip(values, (0.3, 0.1, 0.5)):
+                        self.assertAlmostEqual(float(value), wanted, delta=1e-12)
 
     def test_residuals_beyond_noise_are_reported(self):
         self.assertEqual(self.succeed("fit", "gyro.nml").stderr, "")

@@ -189,7 +189,7 @@ contains
          if (status%ok()) status = factored
       end if
       call conclude(problem, here, factors, chosen, result)
-      if (status%code == NUTATE_NOT_CONVERGED .and. result%remaining <= near) then
+      if (status%code == NUTATE_NOT_CONVERGED .and. (result%remaining <= near .or. is_exact(problem, chosen, factors))) then
          ! Round-off of the residuals lets no step succeed.
          result%converged = .true.
          status = status_t()
@@ -210,6 +210,17 @@ contains
       ! Keeps the unit above 0 for data without scatter.
       scale = max(scale, sqrt(tiny(scale)))
    end function scale_of
+
+   !> Returns true for data without noise, whose scatter is round-off: the remaining step changes the residuals by a
+   !> negligible share of what the usual sizes of the parameters change them by.
+   pure logical function is_exact(problem, settings, factors)
+      class(least_squares_problem_t), intent(in) :: problem
+      type(least_squares_settings_t), intent(in) :: settings
+      type(factors_t), intent(in) :: factors
+      is_exact = .false.
+      if (settings%sigma_is_known .or. .not. allocated(problem%sizes)) return
+      is_exact = factors%remaining() <= rounding*maxval(problem%sizes(factors%moving)*factors%lengths)
+   end function is_exact
 
    !> Returns the number of degrees of freedom.
    pure integer function freedom_of(problem, here, factors) result(freedom)
