@@ -21,8 +21,11 @@ PATTERNS = [("t", "s")] + [(name.replace("#", r"\d+").replace("*", ".*"), unit) 
 
 def unit_of(name: str) -> str:
     """Returns the unit of a column; "1" for one that has none or is not known."""
-    plain = re.sub("_deg(?=/|$)", "", name)
-    unit = next((unit for pattern, unit in PATTERNS if re.fullmatch(pattern, plain)), "1")
+    plain = re.sub("_deg(?=[/_]|$)", "", name)
+    if pair := re.fullmatch(r"covariance_(rotation|omega)\d_(rotation|omega)\d", plain):
+        unit = "rad2" + ("", "/s", "/s2")[pair.groups().count("omega")]
+    else:
+        unit = next((unit for pattern, unit in PATTERNS if re.fullmatch(pattern, plain)), "1")
     return unit if plain == name else unit.replace("rad", "deg")
 
 

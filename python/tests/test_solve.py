@@ -13,6 +13,7 @@ import warnings
 import numpy as np
 
 import nutate
+from nutate.tables import unit_of
 from test_nutate import BOX, SCENES
 
 FLIP = 0.9664094834075236  # first time at which omega3 of the box is 0, s
@@ -416,6 +417,12 @@ class TableTest(unittest.TestCase):
         np.testing.assert_array_equal(frame["omega3"], self.solution.omega[:, 2])
         self.assertEqual(frame.attrs["units"]["total"], "J")
         self.assertEqual(list(nutate.to_pandas(self.history)), ["omega_x", "omega_y", "omega_z", "phi", "theta", "psi"])
+
+    def test_units_of_covariances(self):
+        for name, unit in (("covariance_rotation1_rotation2", "rad2"), ("covariance_rotation3_omega1", "rad2/s"),
+                           ("covariance_omega2_omega2", "rad2/s2"), ("covariance_rotation1_deg_omega3_deg", "deg2/s"),
+                           ("sigma_omega1_deg", "deg/s"), ("d_omega1_deg/d_body.inertia.1", "deg/s per unit")):
+            self.assertEqual(unit_of(name), unit)
 
     def test_xarray(self):
         try:
