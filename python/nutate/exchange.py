@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, answer, check, doubles, encoded, library, number, pointer, refusal,
                        text_of)
-from .attitudes import matrix_from_quat
+from .attitudes import _quaternions, matrix_from_quat
 from .scenes import LABELS, take_history
 from .shapes import shape_of
 from .systems import System, group, tensor_entries
@@ -233,7 +233,7 @@ class AttitudeRows(Columns):
         ----------
         t : array, shape (n,)
             Times, s, as for `at`.
-        q : array, shape (n, 4)
+        q : array, shape (n, 4), or Rotation
             Attitudes, body to space.
         epoch, time_system : str
             As for `at`.
@@ -249,7 +249,7 @@ class AttitudeRows(Columns):
             If a time is outside the records.
         """
         frame, _ = self.at(t, epoch, time_system)
-        return times_conjugate(frame, doubles(q, "q"))
+        return times_conjugate(frame, _quaternions(q))
 
     def _start_of(self, epoch: Optional[str], time_system: Optional[str]) -> float:
         """Returns the time of a date after the first record, s."""

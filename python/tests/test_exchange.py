@@ -182,6 +182,14 @@ class Messages(Folder):
             # No sign jumps but that of the message would show.
             self.assertTrue(np.all(np.sum(relative[1:] * relative[:-1], axis=1) > 0.8))
 
+    def test_relative_rejects_labels_in_another_order(self):
+        class Table(list):
+            columns = ["q1", "q2", "q3", "q0"]
+
+        rows = self.frame_of(1 / 16)[1]
+        with self.assertRaisesRegex(nutate.NutateValueError, "q has components in the order q1, q2, q3, q0"):
+            rows.relative(rows.t[:1], Table(rows.q[:1].tolist()))
+
     def test_a_run_beyond_the_records_ends(self):
         _, rows = self.frame_of(1 / 16)
         scene = nutate.Scene(text=SCENE.replace("24.75", "6") + f"&frame attitude = '{self.path('f.aem')}' /\n")
