@@ -89,10 +89,13 @@ class Calendar(unittest.TestCase):
             finally:
                 spice.unload(path)
 
+    def test_z_is_utc(self):
+        self.assertEqual(nutate.date("2029-04-13T21:46:12Z", "UTC", 1.0), "2029-04-13T21:46:13")
+
     def test_what_is_no_date_is_refused(self):
         for epoch, system in (("2029-13-01", "TDB"), ("2029-02-29", "TDB"), ("yesterday", "UTC"), ("1971-12-31", "UTC"),
                               ("2029-04-13T24:00:00", "TDB"), ("2029-04-13T21:46:60", "TDB"), ("2015-12-31T23:59:60", "UTC"),
-                              ("1582-12-31", "TT"), ("2029-04-13", "GPS"), ("2029-04-13", ""), ("2029-366", "TT")):
+                              ("1582-12-31", "TT"), ("2029-04-13T21:46:12Z", "TT"), ("2029-04-13", "GPS"), ("2029-04-13", ""), ("2029-366", "TT")):
             with self.assertRaisesRegex(nutate.NutateValueError, "is not a date", msg=epoch):
                 nutate.date(epoch, system, 0.0)
         with self.assertRaisesRegex(nutate.NutateValueError, "leaves the calendar"):

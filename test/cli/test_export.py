@@ -474,6 +474,7 @@ class Dates(CommandLineTest):
                                ("2029-04-13T21:46:12.75", "13.4.2029", "bad.nml:1: '13.4.2029' is not a date (expected one such as"),
                                ("2029-04-13T21:46:12.75", "2029-04-13T21:46", "bad.nml:1: '2029-04-13T21:46' has no time of day"),
                                ("2029-04-13T21:46:12.75", "2029-04-13T25:00:00", "impossible time of day"),
+                               ("2029-04-13T21:46:12.75", "2029-04-13T21:46:12Z", "'2029-04-13T21:46:12Z' ends in Z, which stands for UTC"),
                                ("2029-04-13T21:46:12.75', time_system = 'TDB", "2015-12-31T23:59:60', time_system = 'UTC", "is no leap second"),
                                ("2029-04-13T21:46:12.75', time_system = 'TDB", "1960-01-01', time_system = 'UTC", "before 1972"),
                                (", time_system = 'TDB'", "", "bad.nml:1: an epoch needs its time system"),

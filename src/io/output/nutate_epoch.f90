@@ -57,18 +57,23 @@ contains
    end function is_set
 
    !> Reads a date.
-   pure subroutine read_epoch(text, system, epoch, problem)
-      !> Format A or B, without time of day, or with it and up to 15 digits of a fraction; a `Z` at the end is ignored.
+   pure subroutine read_epoch(text, system, epoch, problem, in_message)
+      !> Format A or B, without time of day, or with it and up to 15 digits of a fraction; a `Z` at the end stands for UTC.
       character(len=*), intent(in) :: text
       !> One of `time_systems`.
       character(len=*), intent(in) :: system
       type(epoch_t), intent(out) :: epoch
       !> Message to follow the text: the fault, and what is expected; empty on success.
       character(len=:), allocatable, intent(out) :: problem
+      !> True for a date of a message, which may end in `Z` in every time system.
+      logical, intent(in), optional :: in_message
       character(len=:), allocatable :: date, time
+      logical :: z_is_utc
       integer :: t
 
       problem = ''
+      z_is_utc = .true.
+      if (present(in_message)) z_is_utc = .not. in_message
       date = trim(text)
       if (len(date) > 1 .and. index(date, 'T') > 0 .and. index(date, 'Z') == len(date)) date = date(:len(date) - 1)
       t = index(date, 'T')
@@ -85,6 +90,8 @@ contains
          if (system /= 'UTC' .or. seconds_of_day(epoch%day) == seconds_in_day) &
             problem = 'is no leap second of UTC (expected seconds below 60)'
       end if
+      if (problem == '' .and. z_is_utc .and. system /= 'UTC' .and. index(text, 'Z') > 0) &
+         problem = "ends in Z, which stands for UTC (expected time_system = 'UTC', or a date without Z)"
       if (problem == '') epoch%system = system
    end subroutine read_epoch
 

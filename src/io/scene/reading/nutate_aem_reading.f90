@@ -306,7 +306,7 @@ contains
       character(len=:), allocatable :: text
       text = reader%segment%value(keyword)
       if (text == '' .or. reader%problem /= '') return
-      call read_epoch(text, reader%segment%value('TIME_SYSTEM'), date, reader%problem)
+      call read_epoch(text, reader%segment%value('TIME_SYSTEM'), date, reader%problem, in_message=.true.)
       if (reader%problem /= '') reader%problem = keyword//' '//quoted(text)//' '//reader%problem
    end subroutine read_limit
 
@@ -373,7 +373,7 @@ contains
       integer :: blank
       blank = index(line, ' ')
       if (blank == 0) blank = len(line) + 1
-      call read_epoch(line(:blank - 1), reader%first%value('TIME_SYSTEM'), date, reader%problem)
+      call read_epoch(line(:blank - 1), reader%first%value('TIME_SYSTEM'), date, reader%problem, in_message=.true.)
       if (reader%problem /= '') reader%problem = quoted(line(:blank - 1))//' '//reader%problem
       if (reader%problem == '') call read_numbers(line(blank:), reader%kind%numbers, values, reader%problem)
       if (reader%problem == '') call find_attitude()
