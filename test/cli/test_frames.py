@@ -333,6 +333,19 @@ class Times(FrameTest):
             self.write("rest.nml", scene + group)
             self.succeed("check", "rest.nml")
 
+    def test_names_of_frames_in_any_case(self):
+        small = {"ICRF": "icrf", "object = ": "body_frame = 'panel', object = "}
+        for name in ("target.nml", "chaser.nml"):
+            text = self.read(name)
+            for old, new in small.items():
+                text = text.replace(old, new)
+            self.write(name, text)
+        self.make_message(0.0625)
+        self.succeed("check", "chaser.nml")
+        self.write("fit.nml", self.read("chaser.nml") + "&free key = 'initial.attitude' /\n"
+                   "&measurement file = 'target.aem', columns = 'q0', 'q1', 'q2', 'q3' /\n")
+        self.succeed("check", "fit.nml")
+
     def test_the_message_is_not_written_over(self):
         self.rows_with(rotating())
         self.fail_with(2, "run", "rest.nml", "--output", "rotating.aem", says=("rotating.aem",))

@@ -9,6 +9,7 @@ module nutate_measured_message
    use nutate_printable, only: printable_path, quoted
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_scene_labels, only: labels_t
+   use nutate_spelling, only: lower_case
    implicit none
    private
 
@@ -41,7 +42,8 @@ contains
       type(attitude_rows_t) :: read
       integer :: i
       call read_records(text, path, labels, effects, read, problem, has_place)
-      if (problem == '' .and. labels%body_frame /= '' .and. labels%body_frame /= read%labels%body_frame) &
+      if (problem == '' .and. labels%body_frame /= '' .and. &
+          lower_case(labels%body_frame) /= lower_case(read%labels%body_frame)) &
          problem = 'REF_FRAME_B of '//printable_path(path)//' is '//quoted(read%labels%body_frame)// &
                    ', not the body_frame of &scene (expected '//quoted(labels%body_frame)//')'
       if (problem /= '') return
@@ -103,7 +105,8 @@ contains
       if (.not. scene%epoch%is_set()) then
          problem = 'the records of '//path//' have dates, t = 0 of the scene has none (expected epoch and '// &
                    'time_system of &scene)'
-      else if (frame /= '' .and. standard_frame(frame) /= standard_frame(message%space_frame)) then
+      else if (frame /= '' .and. &
+               lower_case(standard_frame(frame)) /= lower_case(standard_frame(message%space_frame))) then
          problem = 'REF_FRAME_A of '//path//' is '//quoted(message%space_frame)//', not the space_frame of &scene'// &
                    ' (expected '//quoted(frame)//')'
       else if (.not. effects%knows_space_axes()) then
