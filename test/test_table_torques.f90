@@ -29,7 +29,7 @@ contains
                   new_unittest("a table of one value is a constant torque", constant_table_is_constant), &
                   new_unittest("a jump is two torques with a window", jump_is_two_torques), &
                   new_unittest("a periodic table is the table written out", periodic_table_is_written_out), &
-                  new_unittest("pieces far from the times of a periodic table lie between jumps", pieces_between_jumps), &
+                  new_unittest("pieces far from times of a periodic table lie between jumps", pieces_between_jumps), &
                   new_unittest("start and stop cut a table", window_cuts_a_table), &
                   new_unittest("other torques go on behind the end of a table", others_go_on), &
                   new_unittest("a fine table is the harmonic torque", fine_table_is_harmonic), &
