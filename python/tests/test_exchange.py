@@ -291,7 +291,7 @@ class Messages(Folder):
             with self.assertRaisesRegex(nutate.NutateValueError, f"space_frame='{name}' names axes that rotate"):
                 solution.to_aem(self.path("a.aem"), space_frame=name)
         solution.to_aem(self.path("a.aem"), space_frame="LVLH_INERTIAL")
-        with self.assertRaisesRegex(nutate.NutateValueError, "the other way round"):
+        with self.assertRaisesRegex(nutate.NutateValueError, "vice versa"):
             solution.to_aem(self.path("a.aem"), space_frame="SC_BODY_1", body_frame="ARM")
 
     def test_inertial_axes_do_not_rotate(self):

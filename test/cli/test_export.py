@@ -261,7 +261,7 @@ class Exports(CommandLineTest):
         self.succeed("export", "sat.csv", "--scene", "sat.nml", "--aem", "-", "--set", "scene.space_frame=LVLH_INERTIAL")
         for space, body in (("SC_BODY_1", "ARM"), ("LAB", "RTN"), ("SENSOR_1", "ICRF")):
             self.fail_with(2, "export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "-", "--set", f"scene.space_frame={space}",
-                           "--set", f"scene.body_frame={body}", says=(f"'{space}'", f"'{body}'", "the other way round"))
+                           "--set", f"scene.body_frame={body}", says=(f"'{space}'", f"'{body}'", "vice versa"))
 
     def test_messages_are_read_in_lvlh_axes(self):
         librating = SATELLITE.replace("attitude_from", "roll_pitch_yaw = 0.2, 0.1, -0.1, attitude_from")

@@ -1,6 +1,7 @@
 !> Writes attitudes as an Attitude Ephemeris Message (CCSDS 504.0-B).
 module nutate_aem_writing
-   use nutate_aem_keywords, only: ecliptic, equatorial, from_ecliptic, is_ecliptic, is_inertial, is_inverted, is_rotating
+   use nutate_aem_keywords, only: ecliptic, equatorial, from_ecliptic, is_ecliptic, is_inertial, is_inverted, &
+      is_rotating
    use nutate_attitude_rows, only: attitude_rows_t, gap_fault
    use nutate_calendar, only: day_of
    use nutate_decimal, only: decimal_length, decimal_t, rounded_text
@@ -41,8 +42,8 @@ contains
             problem = "space_frame = '"//labels%space_frame//"' names axes that rotate, and the attitudes are in "// &
                       "inertial axes (expected their name, such as 'ICRF')"
          else if (is_inverted(labels%space_frame, first_of(labels%body_frame, 'SC_BODY_1'))) then
-            problem = "space_frame = '"//labels%space_frame//"' and body_frame = '"//labels%body_frame//"' are read "// &
-                      "the other way round (expected a space_frame outside of the spacecraft)"
+            problem = "space_frame = '"//labels%space_frame//"' and body_frame = '"//labels%body_frame// &
+                      "' are read vice versa (expected a space_frame outside of the spacecraft)"
          else if (labels%object == '') then
             problem = 'an AEM needs the name of the body (expected object of &scene)'
          else if (rows%count() < 1) then

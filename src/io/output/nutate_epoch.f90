@@ -58,7 +58,8 @@ contains
 
    !> Reads a date.
    pure subroutine read_epoch(text, system, epoch, problem, in_message)
-      !> Format A or B, without time of day, or with it and up to 15 digits of a fraction; a `Z` at the end stands for UTC.
+      !> Format A or B, without time of day, or with it and up to 15 digits of a fraction; a `Z` at the end stands for
+      !> UTC.
       character(len=*), intent(in) :: text
       !> One of `time_systems`.
       character(len=*), intent(in) :: system

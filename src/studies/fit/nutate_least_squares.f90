@@ -189,7 +189,8 @@ contains
          if (status%ok()) status = factored
       end if
       call conclude(problem, here, factors, chosen, result)
-      if (status%code == NUTATE_NOT_CONVERGED .and. (result%remaining <= near .or. is_exact(problem, chosen, factors))) then
+      if (status%code == NUTATE_NOT_CONVERGED .and. &
+          (result%remaining <= near .or. is_exact(problem, chosen, factors))) then
          ! Round-off of the residuals lets no step succeed.
          result%converged = .true.
          status = status_t()

@@ -62,8 +62,8 @@ module nutate_aem_keywords
 
    !> Names of axes that rotate, those of orbits and of the Earth, without their numbers; `_INERTIAL` behind them: the
    !> axes of one time.
-   character(len=*), parameter :: rotating_names(*) = [character(len=12) :: 'itrf', 'dtrf', 'efg', 'grc', 'gtod', 'tdr', &
-      'tirs', 'wgs', 'lvlh', 'rsw', 'rtn', 'qsw', 'tnw', 'ntw', 'nsw', 'sez', 'vnc']
+   character(len=*), parameter :: rotating_names(*) = [character(len=12) :: 'itrf', 'dtrf', 'efg', 'grc', 'gtod', &
+      'tdr', 'tirs', 'wgs', 'lvlh', 'rsw', 'rtn', 'qsw', 'tnw', 'ntw', 'nsw', 'sez', 'vnc']
 
 contains
 

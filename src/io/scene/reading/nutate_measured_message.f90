@@ -114,7 +114,7 @@ contains
             quoted(message%space_frame)//', names inertial axes (expected attitudes relative to the rotating axes)'
       else if (effects%on_orbit .and. is_rotating(message%space_frame)) then
          problem = 'REF_FRAME_A of '//path//', '//quoted(message%space_frame)// &
-                   ', names axes that rotate (expected attitudes in the inertial axes of the orbit)'
+                   ', names axes that rotate (expected attitudes in inertial axes)'
       end if
    end subroutine check_labels
 

@@ -338,8 +338,8 @@ contains
       !> Names of body axes, of space axes, of inertial ones, of those of the LVLH frame, of a place, and of other
       !> rotating ones.
       character(len=10), parameter :: words(22) = [character(len=10) :: 'body', 'space', 'inertial', 'eci', 'gcrf', &
-         'icrf', 'j2000', 'eme2000', 'gcrs', 'teme', 'b1950', 'eclipj2000', 'lvlh', 'vvlh', 'ned', 'enu', 'ecef', 'ecf', &
-         'itrf', 'rtn', 'rsw', 'ric']
+         'icrf', 'j2000', 'eme2000', 'gcrs', 'teme', 'b1950', 'eclipj2000', 'lvlh', 'vvlh', 'ned', 'enu', 'ecef', &
+         'ecf', 'itrf', 'rtn', 'rsw', 'ric']
       logical :: is_right(size(words)), found(size(words), size(first))
       character(len=:), allocatable :: rest
       integer :: i, n
