@@ -229,6 +229,28 @@ static int failures_of_copies(void)
     return 0;
 }
 
+/* Bytes with an error in them: if they are rejected, the stepper is as it was. */
+static int damaged_bytes(nutate_stepper *stepper, char *bytes, size_t size)
+{
+    nutate_stepper *other = NULL;
+    size_t i;
+    EXPECT(NUTATE_OK, nutate_stepper_copy(stepper, &other, NULL, 0));
+    for (i = 0; i < size; i += 3) {
+        bytes[i] ^= 64;
+        if (nutate_stepper_restore(other, bytes, size) == NUTATE_OK) {
+            EXPECT(NUTATE_OK, nutate_stepper_destroy(&other));
+            EXPECT(NUTATE_OK, nutate_stepper_copy(stepper, &other, NULL, 0));
+        }
+        bytes[i] ^= 64;
+        CHECK(same_state(stepper, other));
+        EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 1e-3));
+        EXPECT(NUTATE_OK, nutate_stepper_step(other, 1e-3));
+        CHECK(same_state(stepper, other));
+    }
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&other));
+    return 0;
+}
+
 int test_c_saved_steppers(void)
 {
     static const char *const methods[] = {"nielsen_krenk", "rk4", "dop853", "rk8", "taylor"};
@@ -247,6 +269,7 @@ int test_c_saved_steppers(void)
         EXPECT(NUTATE_OK, nutate_stepper_save(stepper, bytes, size, &again));
         CHECK(size == again);
         EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 30, 30, row[0], 1, NULL));
+        CHECK(!damaged_bytes(stepper, bytes, size));
         EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
         CHECK(!make_top(methods[i], i == 4 ? NULL : &answer, &other));
         EXPECT(NUTATE_OK, nutate_stepper_restore(other, bytes, size));

@@ -1,6 +1,6 @@
 !> C interface: copies of steppers, in memory and as bytes. The functions are documented in `include/nutate_runs.h`.
 module nutate_c_copies
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_loc, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
    use nutate_c_effects, only: report_failures_to
@@ -16,7 +16,8 @@ module nutate_c_copies
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_step_policy, only: step_policy_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_TRUNCATED
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK, &
+      NUTATE_TRUNCATED
    use nutate_version, only: version
    implicit none
    private
@@ -97,11 +98,11 @@ contains
    integer(c_int) function nutate_stepper_restore(stepper, bytes, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper, bytes
       integer(c_size_t), intent(in), value :: size
-      type(stepper_handle_t), pointer :: handle
+      type(stepper_handle_t), pointer :: handle, trial
+      type(c_ptr), target :: twin
       character(kind=c_char), pointer :: given(:)
       character(len=:), allocatable :: content
-      type(byte_archive_t) :: before, archive
-      type(status_t) :: status, again
+      type(status_t) :: status
       integer :: i
       if (.not. found(stepper, handle, code)) return
       if (.not. c_associated(bytes) .or. size < 0 .or. size > huge(1)) then
@@ -113,20 +114,31 @@ contains
       do i = 1, int(size)
          content(i:i) = given(i)
       end do
-      call before%begin_writing()
-      call transfer_handle(handle, before, status)
+      ! A copy reads the bytes first, so that bytes that are rejected leave the stepper as it is.
+      if (nutate_stepper_copy(stepper, c_loc(twin), c_null_ptr, 0_c_size_t) == NUTATE_OK) then
+         call c_f_pointer(twin, trial)
+         call read_bytes(trial, content, status)
+         deallocate (trial)
+         if (status%ok()) call read_bytes(handle, content, status)
+      else
+         status = fail(NUTATE_NO_MEMORY, 'not enough memory for a stepper')
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_restore
+
+   !> Reads a stepper from saved bytes. Errors: `NUTATE_BAD_ARGUMENT`, and those of callbacks; the stepper is then
+   !> undefined.
+   subroutine read_bytes(handle, content, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      character(len=*), intent(in) :: content
+      type(status_t), intent(out) :: status
+      type(byte_archive_t) :: archive
       call archive%begin_reading(content)
       call transfer_handle(handle, archive, status)
       if (status%ok() .and. archive%problem() /= '') &
          status = fail(NUTATE_BAD_ARGUMENT, 'the bytes are not those of a stepper of this system, with these '// &
-                       'settings, saved by this version', 'bytes')
-      if (.not. status%ok()) then
-         content = before%content()
-         call before%begin_reading(content)
-         call transfer_handle(handle, before, again)
-      end if
-      code = conclude(handle, status)
-   end function nutate_stepper_restore
+                       'settings, saved by this version (expected bytes of nutate_stepper_save)', 'bytes')
+   end subroutine read_bytes
 
    !> Makes the events of the program report their failures to the stepper.
    subroutine point_events(handle)
