@@ -457,6 +457,9 @@ def refuse_order(values: Any, name: str, orders: tuple[str, str] = ("wxyz", "012
         return
     texts = [str(label) for label in np.asarray(labels).tolist()]
     ends = "".join(text[-1:].lower() for text in texts)
+    # Numbers alone count rows.
+    if any(text.strip().isdigit() for text in texts):
+        return
     if ends not in orders and "".join(sorted(ends)) in ("wxyz", "0123"):
         raise refusal(f"{name} has components in the order {', '.join(texts)} "
                       f"(expected {', '.join(orders[0])}: scalar {'first' if orders[0][0] == 'w' else 'last'})")

@@ -91,7 +91,7 @@ class Owner(KnownAttributes):
         try:
             return interruptible(function, *arguments)
         finally:
-            self._callbacks.callers.pop()
+            self._callbacks.callers.remove(self)
 
     def _conclude(self, status: int, history: Optional[dict[str, Array]] = None, message: Optional[str] = None) -> None:
         """Raises what interrupted a call, what a callback raised in it, or NutateError, with the rows so far."""
@@ -175,17 +175,13 @@ class Callbacks:
     def __init__(self) -> None:
         self._kept: list[Any] = []
         self._raised = threading.local()
-
-    @property
-    def callers(self) -> list[Any]:
-        """What is at work in the present thread, and may call these functions."""
-        callers: list[Any] = self._raised.__dict__.setdefault("callers", [])
-        return callers
+        # Owners at work, in whatever thread, which may call these functions.
+        self.callers: list[Any] = []
 
     def refuse(self, owner: Any) -> None:
-        """Raises NutateValueError if a callback changes what has called it."""
+        """Raises NutateValueError if a callback, or another thread, may change an owner at work."""
         if any(caller is owner for caller in self.callers):
-            raise refusal(f"a callback changes the {type(owner).__name__} that calls it (expected a copy)")
+            raise refusal(f"a callback uses the {type(owner).__name__} that calls it for more than reading (expected a copy)")
 
     def raise_again(self) -> None:
         """Raises what a callback raised since the last call, if one did."""

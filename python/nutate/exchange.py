@@ -16,6 +16,7 @@ from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, answer, c
 from .attitudes import _quaternions, matrix_from_quat
 from .scenes import LABELS, take_history
 from .shapes import shape_of
+from .steppers import Stepper
 from .systems import System, group, tensor_entries
 from .tables import Columns, stacked
 
@@ -542,6 +543,13 @@ class Exchange(Columns):
             return False
         return True
 
+    def _on_orbit(self) -> bool:
+        """Returns true if the body moves along an orbit."""
+        try:
+            return bool(Stepper(self.system).orbit)
+        except NutateValueError:
+            return False
+
     def _attitudes(self, error: float, frame: str = "") -> tuple[Array, Array, Array]:
         """Times, attitudes and angular velocities, in ascending order: in inertial axes, or relative to a rotating frame; `frame` must not
         name axes of the other kind."""
@@ -549,7 +557,7 @@ class Exchange(Columns):
         if not known and frame.upper() in INERTIAL:
             raise refusal(f"the space axes rotate, and space_frame={frame!r} names inertial axes (expected the name of the axes of "
                           "&rotating_frame, such as 'LAB')")
-        if known and np.any(rate) and ROTATING.match(frame):
+        if ROTATING.match(frame) and self._on_orbit():
             raise refusal(f"space_frame={frame!r} names axes that rotate, and the attitudes are in inertial axes (expected their name, such as 'ICRF')")
 
         def converted(t: Array, q: Array, omega: Array) -> tuple[Array, Array]:

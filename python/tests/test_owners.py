@@ -1,5 +1,6 @@
 """What owns memory of the library: copies, pickles, its end, how it shows itself, and what its failures are."""
 
+import contextlib
 import copy
 import os
 import pickle
@@ -117,7 +118,20 @@ class OwnersTest(unittest.TestCase):
         scene.add_user_torque(lambda t, q, omega: scene.plan and scene.close() or np.zeros(3))
         with self.assertRaisesRegex(nutate.NutateValueError, "callback .*expected a copy"):
             scene.run()
-        # To read it does no harm, nor to use a copy.
+        scene = nutate.Scene(text="&body inertia = 1, 2, 2.5 / &initial angular_velocity = 1, 2, 3 / &integrator time_step = 0.1, end_time = 1 / &ensemble members = 8 /"
+                                  "&vary key = 'initial.angular_velocity.1', distribution = 'uniform', low = 1, high = 2 /")
+        scene.add_user_torque(lambda t, q, omega: scene.close() or np.zeros(3))
+        for threads in (1, 2):
+            with contextlib.suppress(nutate.NutateValueError):
+                self.assertEqual(set(nutate.sweep(scene, threads=threads)["status"]), {11})
+        # To read it does no harm, nor to make a copy.
+        made, called = [], []
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(lambda t, q, omega: (made.append(copy.copy(called[0])) if called else None) or np.zeros(3))
+        solution = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1))
+        called.append(solution.sol._branch)
+        solution.sol([0.5])
+        self.assertGreater(len(made), 0)
         seen = []
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_user_torque(lambda t, q, omega: seen.append((stepper.time, other.step(0.01))) or np.zeros(3))

@@ -143,13 +143,14 @@ class QuantityTest(unittest.TestCase):
 
         stepper = nutate.Stepper(nutate.System(moments=(5, 20, 17)), time_step=0.1)
         for labelled in (table, row, array):
-            for labels in (["qx", "qy", "qz", "qw"], ["q1", "q2", "q3", "q0"], ["x", "y", "z", "W"], [1, 2, 3, 0], ["q3", "q2", "q1", "q0"]):
+            for labels in (["qx", "qy", "qz", "qw"], ["q1", "q2", "q3", "q0"], ["x", "y", "z", "W"], ["q3", "q2", "q1", "q0"]):
                 self.refuse("q has components in the order .*, .* scalar first", nutate.matrix_from_quat, labelled(labels))
-            for labels in (["qw", "qx", "qy", "qz"], ["q0", "q1", "q2", "q3"], [0, 1, 2, 3], ["a", "b", "c", "d"], ["q1", "q2", "q3", "q4"]):
+            for labels in (["qw", "qx", "qy", "qz"], ["q0", "q1", "q2", "q3"], [0, 1, 2, 3], [1, 2, 3, 0], ["a", "b", "c", "d"], ["q1", "q2", "q3", "q4"]):
                 nutate.matrix_from_quat(labelled(labels))
         self.refuse("q has components in the order x, y, z, w", lambda q: stepper.set_state(q, (0, 0, 1)), row("xyzw"))
         self.refuse("xyzw has components in the order w, x, y, z .*scalar last", lambda q: stepper.set_state(xyzw=q, omega=(0, 0, 1)), row("wxyz"))
-        stepper.set_state(xyzw=row("xyzw"), omega=(0, 0, 1))
+        for labels in ("xyzw", [0, 1, 2, 3]):
+            stepper.set_state(xyzw=row(labels), omega=(0, 0, 1))
 
     def test_units_in_attributes(self):
         """Attributes as xarray, pandas (by the names of columns) and h5py (bytes) have them."""
