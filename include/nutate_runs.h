@@ -150,7 +150,8 @@ int nutate_stepper_save(nutate_stepper *stepper, char *bytes, size_t size, size_
  * @param[in,out] stepper  handle
  * @param[in]     bytes    [size], bytes of nutate_stepper_save
  * @param[in]     size     number of bytes
- * @return status: NUTATE_BAD_ARGUMENT for bytes of another stepper, of other settings or of another version. */
+ * @return status: NUTATE_BAD_ARGUMENT for bytes of another stepper, of other settings or of another version, and for
+ *         damaged ones whose state is impossible; the stepper is then unchanged. */
 int nutate_stepper_restore(nutate_stepper *stepper, const char *bytes, size_t size);
 
 #ifdef __cplusplus

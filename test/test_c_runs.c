@@ -238,6 +238,9 @@ static int damaged_bytes(nutate_stepper *stepper, char *bytes, size_t size)
     for (i = 0; i < size; i += 3) {
         bytes[i] ^= 64;
         if (nutate_stepper_restore(other, bytes, size) == NUTATE_OK) {
+            bytes[i] ^= 64;
+            EXPECT(NUTATE_OK, nutate_stepper_restore(other, bytes, size));
+            bytes[i] ^= 64;
             EXPECT(NUTATE_OK, nutate_stepper_destroy(&other));
             EXPECT(NUTATE_OK, nutate_stepper_copy(stepper, &other, NULL, 0));
         }

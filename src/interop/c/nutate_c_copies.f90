@@ -13,6 +13,7 @@ module nutate_c_copies
    use nutate_method_choice, only: AUTOMATIC_METHOD
    use nutate_methods, only: make_stepper, stepper_t
    use nutate_progress, only: start_run, transfer_progress
+   use nutate_limits, only: attitude_tolerance, is_moderate, is_unit
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_step_policy, only: step_policy_t
@@ -31,7 +32,7 @@ contains
       integer(c_size_t), intent(in), value :: size
       type(c_ptr), pointer :: slot
       type(stepper_handle_t), pointer :: from, handle
-      class(stepper_t), allocatable :: method
+      class(stepper_t), allocatable :: method, inside, spare
       class(step_policy_t), allocatable :: policy
       type(status_t) :: status
       integer :: failed
@@ -44,11 +45,13 @@ contains
          ! The stepper is copied by its own procedure. The step policy points to it; the next run makes a new policy.
          if (allocated(from%run%stepper)) call move_alloc(from%run%stepper, method)
          if (allocated(from%run%policy)) call move_alloc(from%run%policy, policy)
-         if (allocated(from%inside)) deallocate (from%inside)
-         if (allocated(from%run%spare)) deallocate (from%run%spare)
+         if (allocated(from%inside)) call move_alloc(from%inside, inside)
+         if (allocated(from%run%spare)) call move_alloc(from%run%spare, spare)
          allocate (handle, source=from, stat=failed)
          if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'not enough memory for a stepper')
          if (allocated(policy)) call move_alloc(policy, from%run%policy)
+         if (allocated(inside)) call move_alloc(inside, from%inside)
+         if (allocated(spare)) call move_alloc(spare, from%run%spare)
          if (allocated(method)) then
             if (failed == 0) call method%copy(handle%run%stepper)
             call move_alloc(method, from%run%stepper)
@@ -245,7 +248,7 @@ contains
          call archive%transfer(plan%goal%error_rate)
          if (archive%is_reading()) then
             if (.not. archive%is_whole()) return
-            state = handle%run%state
+            state = handle%first%state()
             settings = handle%run%summary%settings
             call start_run(handle%run%progress_t, handle%system%effects, state, plan, status)
             handle%run%summary%settings = settings
@@ -257,6 +260,13 @@ contains
          end if
          call archive%transfer(handle%run%t_first)
          call transfer_progress(handle%run%progress_t, archive)
+         if (.not. archive%is_reading()) return
+         associate (now => handle%run%state)
+            if (.not. (is_unit(now%q, attitude_tolerance) .and. &
+                       all(is_moderate([now%p, now%t, handle%run%t_first])))) &
+               status = fail(NUTATE_BAD_ARGUMENT, 'the bytes are damaged (expected bytes of nutate_stepper_save)', &
+                             'bytes')
+         end associate
       end subroutine transfer_run
 
       !> Returns the settings of a stepper that decide its steps, as text: numbers by their bits.

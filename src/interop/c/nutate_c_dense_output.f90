@@ -125,8 +125,8 @@ contains
       do while (i <= size(times))
          before = state%t
          call take_step(handle, state, dt, status)
-         if (status%code == 0 .and. .not. abs(state%t - before) > 0.0_wp) status = fail( &
-            NUTATE_BAD_ARGUMENT, 'dt is too short to change the time (expected a longer step)', 'dt')
+         if (status%code == 0 .and. .not. abs(state%t - before) > 0.0_wp .and. abs(times(i) - state%t) > 0.0_wp) &
+            status = fail(NUTATE_BAD_ARGUMENT, 'dt is too short to change the time (expected a longer step)', 'dt')
          do while (i <= size(times))
             if (status%code /= 0) return
             if (sign(1.0_wp, dt)*(times(i) - state%t) > 0.0_wp) exit
