@@ -89,8 +89,8 @@ contains
       call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
       if (.not. status%ok()) return
       call self%file%open(name, status)
-      if (.not. status%ok()) call forget_rows(self)
       if (status%ok()) call self%file%put_line(self%header(), status)
+      if (.not. status%ok()) call forget_rows(self)
    end subroutine open_history
 
    !> Continues a history from checkpoint data, instead of `open`. Errors: those of `open`, and `NUTATE_IO` if the
@@ -116,6 +116,7 @@ contains
       call archive%transfer(self%rows)
       call self%columns%transfer(archive)
       call self%file%reopen(name, archive, status)
+      if (.not. status%ok()) call forget_rows(self)
    end subroutine reopen_history
 
    !> Records in checkpoint data how far the history is, after all of it has been written to the disk. Errors:
@@ -143,14 +144,13 @@ contains
       logical, intent(in), optional :: backward
       type(epoch_t), intent(in), optional :: epoch
       type(propagated_t), intent(in), optional :: propagated
-      call self%columns%choose(columns, status, degrees, system%effects, propagated)
-      if (.not. status%ok()) return
+      call forget_rows(self)
       self%digits = 0
       if (present(digits)) self%digits = digits
-      if (self%digits < 0 .or. self%digits > 17) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'digits is out of range (expected 1 to 17)', 'digits')
-         return
-      end if
+      call self%columns%choose(columns, status, degrees, system%effects, propagated)
+      if (status%ok() .and. (self%digits < 0 .or. self%digits > 17)) status = fail( &
+         NUTATE_BAD_ARGUMENT, 'digits is out of range (expected 1 to 17, or 0 for the shortest)', 'digits')
+      if (.not. status%ok()) return
       if (present(epoch)) self%epoch = epoch
       self%observes_every_step = self%columns%follows_steps
       self%wants_works = self%columns%needs_works
