@@ -161,7 +161,8 @@ contains
          end if
          if (.not. command%quiet) call say_error(printable_path(name)//' is complete')
          call make_layout(scene, layout, status)
-         call write_histories(layout, watcher, only_missing=.true.)
+         if (status%ok()) call write_histories(layout, watcher, only_missing=.true.)
+         if (.not. status%ok()) call say_error('nutate: '//trim(status%message), exit_code, EXIT_INPUT)
          if (exit_code /= EXIT_SUCCESS) return
          if (scene%ensemble%keeps_rows) then
             call finish_output(layout, first, last)

@@ -67,10 +67,10 @@ contains
          number = 1 + effects%n_potentials + 1e2_wp*effects%n_torques + 1e4_wp*effects%n_rotors + &
                   1e5_wp*effects%n_wheels
          do i = 1, effects%n_potentials
-            number = 1.1_wp*number + storage_size(effects%potentials(i)%item)
+            number = modulo(1.1_wp*number + storage_size(effects%potentials(i)%item), 1e9_wp)
          end do
          do i = 1, effects%n_torques
-            number = 1.1_wp*number + storage_size(effects%torques(i)%item)
+            number = modulo(1.1_wp*number + storage_size(effects%torques(i)%item), 1e9_wp)
          end do
          if (effects%frame_turns) number = 1.3_wp*number + sum(weights(:, 1)*effects%frame_rate)
          number = sum(weights*system%body%inertia)*number

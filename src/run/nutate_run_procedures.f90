@@ -143,7 +143,8 @@ contains
       real(wp), intent(in) :: start
       type(status_t), intent(inout) :: status
       if (plan%steps_before == 0) return
-      if (plan%steps_before < 0 .or. .not. leads_to(plan, plan%first_time, plan%steps_before, start)) &
+      if (plan%steps_before < 0 .or. .not. (is_moderate(plan%first_time) .and. &
+                                            leads_to(plan, plan%first_time, plan%steps_before, start))) &
          status = fail(NUTATE_BAD_ARGUMENT, 'the steps before the run do not end at its start (expected it at '// &
                        'first_time after steps_before times time_step)', 'steps_before')
    end subroutine check_steps_before
