@@ -435,6 +435,7 @@ contains
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       integer :: n
+      call ieee_set_halting_mode(ieee_invalid, .false.)
       call make_box(box, state)
       call add_wheel(box, wheel_t(inertia=0.01_wp), status)
       call add_wheel(box, wheel_t(axis=[1.0_wp, 0.0_wp, 0.0_wp], inertia=0.01_wp), status)

@@ -42,8 +42,8 @@ contains
       type(attitude_rows_t) :: read
       integer :: i
       call read_records(text, path, labels, effects, read, problem, has_place)
-      if (problem == '' .and. labels%body_frame /= '' .and. &
-          lower_case(labels%body_frame) /= lower_case(read%labels%body_frame)) &
+      if (problem /= '') return
+      if (labels%body_frame /= '' .and. lower_case(labels%body_frame) /= lower_case(read%labels%body_frame)) &
          problem = 'REF_FRAME_B of '//printable_path(path)//' is '//quoted(read%labels%body_frame)// &
                    ', not the body_frame of &scene (expected '//quoted(labels%body_frame)//')'
       if (problem /= '') return
