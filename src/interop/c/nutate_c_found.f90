@@ -47,7 +47,6 @@ contains
       type(status_t), intent(inout) :: status
       character(len=:), allocatable :: name
       integer(long) :: n, i
-      integer :: failed
       n = self%n
       call archive%transfer(n)
       if (archive%is_reading()) then
@@ -55,14 +54,12 @@ contains
          if (allocated(self%items)) deallocate (self%items)
          if (n < 0) call archive%spoil()
          if (.not. archive%is_whole()) return
-         allocate (self%items(max(n, int(first_room, long))), stat=failed)
-         if (failed /= 0) then
-            status = fail(NUTATE_NO_MEMORY, 'not enough memory for so many events')
-            return
-         end if
-         self%n = n
       end if
       do i = 1, n
+         ! The number may be damaged: room is made for events that are there.
+         if (archive%is_reading()) call make_room(self, status)
+         if (.not. status%ok()) return
+         self%n = max(self%n, i)
          associate (item => self%items(i))
             name = item%name
             call archive%transfer(name)
@@ -84,21 +81,28 @@ contains
       integer(long), intent(in) :: number
       type(state_t), intent(in) :: state
       type(status_t), intent(inout) :: status
-      type(found_t), allocatable :: grown(:)
-      integer :: failed
-      if (.not. allocated(self%items)) allocate (self%items(first_room))
-      if (self%n == size(self%items, kind=c_size_t)) then
-         allocate (grown(2*self%n), stat=failed)
-         if (failed /= 0) then
-            status = fail(NUTATE_NO_MEMORY, 'not enough memory for so many events')
-            return
-         end if
-         grown(1:self%n) = self%items
-         call move_alloc(grown, self%items)
-      end if
+      call make_room(self, status)
+      if (.not. status%ok()) return
       self%n = self%n + 1
       self%items(self%n) = found_t(event%name, number, state%t, state%q, angular_velocity(system, state))
    end subroutine put
+
+   !> Makes room for one more event. Errors: `NUTATE_NO_MEMORY`.
+   subroutine make_room(self, status)
+      type(found_events_t), intent(inout) :: self
+      type(status_t), intent(inout) :: status
+      type(found_t), allocatable :: grown(:)
+      integer :: failed
+      if (.not. allocated(self%items)) allocate (self%items(first_room))
+      if (self%n < size(self%items, kind=c_size_t)) return
+      allocate (grown(2*self%n), stat=failed)
+      if (failed /= 0) then
+         status = fail(NUTATE_NO_MEMORY, 'not enough memory for so many events')
+         return
+      end if
+      grown(1:self%n) = self%items
+      call move_alloc(grown, self%items)
+   end subroutine make_room
 
    !> Returns the number of events to C. Status: `NUTATE_BAD_ARGUMENT` for a null pointer.
    integer(c_int) function give_count(self, n) result(code)
