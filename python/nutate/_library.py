@@ -457,7 +457,7 @@ def refuse_order(values: Any, name: str, orders: tuple[str, str] = ("wxyz", "012
         return
     texts = [str(label) for label in np.asarray(labels).tolist()]
     ends = "".join(text[-1:].lower() for text in texts)
-    # Numbers alone count rows.
+    # Labels without letters number the components; they do not name them.
     if any(text.strip().isdigit() for text in texts):
         return
     if ends not in orders and "".join(sorted(ends)) in ("wxyz", "0123"):

@@ -19,7 +19,7 @@ from ._library import (Array, BAD_HANDLE, HessianCallback, KnownAttributes, Nuta
 
 # Memory of callbacks that is known by its address, at most.
 MOST_VIEWS = 4096
-# Functions that only read a stepper or a scene: a callback may use them of what calls it.
+# Functions that only read a stepper or a scene: callbacks may call them for the object that calls the callback.
 READING = frozenset("nutate_stepper_" + name for name in (
     "time quaternion conjugate_momentum angular_velocity angular_velocity_space angular_momentum angular_momentum_space matrix euler "
     "constraints conserved accuracy solver uncertified width column_names event_count event wheel_count wheel sphere_count sphere "
@@ -78,13 +78,13 @@ class Owner(KnownAttributes):
             check(status, text_of(library.nutate_last_message, handle))
 
     def _work(self, function: Any, *arguments: Any) -> int:
-        """The status of a function that changes what this owns, which its callbacks must leave as it is."""
+        """Returns the status of a function that changes the owned object, which its callbacks must not use for more than reading."""
         if self._callbacks._kept:
             self._callbacks.refuse(self)
         return self._read_by(function, *arguments)
 
     def _read_by(self, function: Any, *arguments: Any) -> int:
-        """The status of a function that only reads what this owns: its callbacks may read it too, but not change it."""
+        """Returns the status of a function that only reads the owned object: its callbacks may read it too, but not change it."""
         if not self._callbacks._kept:
             return interruptible(function, *arguments)
         self._callbacks.callers.append(self)
