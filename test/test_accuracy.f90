@@ -59,9 +59,18 @@ contains
    subroutine collect_accuracy(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
+                  new_unittest("a number names one scene in every build", number_names_scene), &
                   new_unittest("the oracle knows the precessing top", oracle_knows_the_top), &
                   new_unittest("an accuracy is kept on random scenes", accuracy_is_kept)]
    end subroutine collect_accuracy
+
+   !> A draw that an optimizer may leave out gives other scenes, a few of which no integration can follow.
+   subroutine number_names_scene(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(random_scene_t) :: scene
+      call make_random_scene(45, scene)
+      call check(error, trim(scene%text), 'rod, near the middle axis, at rest')
+   end subroutine number_names_scene
 
    !> Checks the oracle against digits of an independent integration (suite `control`).
    subroutine oracle_knows_the_top(error)
@@ -104,7 +113,7 @@ contains
       character(len=:), allocatable, intent(in) :: argument
       integer, intent(out) :: failures
       type(outcome_t), allocatable :: outcomes(:)
-      integer :: i, first, last
+      integer :: first, last
       failures = 0
       if (.not. has_oracle) then
          write (error_unit, '(a)') 'no kind of 33 digits: nothing to compare with'
@@ -119,9 +128,6 @@ contains
          return
       end if
       call run_cases(first, last, outcomes)
-      do i = first, last
-         if (first == last .or. .not. outcomes(i)%miss() <= 2.0_wp) call describe(i, outcomes(i))
-      end do
       if (first == last) then
          failures = merge(1, 0, .not. outcomes(first)%miss() <= 2.0_wp)
       else
@@ -153,7 +159,7 @@ contains
       if (tally%needlessly > 0.06_wp*tally%runs) failures = failures + 1
    end function failures_of
 
-   !> Runs cases of consecutive numbers.
+   !> Runs cases of consecutive numbers. A single one is described, and those that miss, each at once.
    subroutine run_cases(first, last, outcomes)
       integer, intent(in) :: first, last
       type(outcome_t), allocatable, intent(out) :: outcomes(:)
@@ -170,6 +176,7 @@ contains
          end if
          known = number
          call run_case(i, scene, exact, outcomes(i))
+         if (first == last .or. .not. outcomes(i)%miss() <= 2.0_wp) call describe(i, outcomes(i))
       end do
    end subroutine run_cases
 

@@ -207,7 +207,8 @@ contains
       m = m*(10.0_wp**between(state, -2.5_wp, -0.1_wp)/(norm2(m)*span))
       item%inertia_rate = matmul(g, matmul(m, transpose(g)))
       item%mass_leaves = random_unit(state) < 0.5_wp
-      if (item%mass_leaves .or. random_unit(state) < 0.67_wp) return
+      if (item%mass_leaves) return
+      if (random_unit(state) < 0.67_wp) return
       item%change_start = item%dt*random_unit(state)
       item%change_stop = item%change_start + abs(item%dt)*between(state, 0.1_wp, 2.0_wp)
    end subroutine draw_inertia_rate

@@ -50,7 +50,10 @@ contains
       if (random_unit(seed) < 0.1_wp) scene%end_time = -scene%end_time
       if (random_unit(seed) > 0.15_wp) call add_effects(seed, inertia*rate**2, rate, scene)
       call choose_start(seed, scene%problem%system%body, rate, q, omega, scene%text)
-      if (scene%problem%system%effects%n_potentials > 0 .and. random_unit(seed) < 0.3_wp) then
+      ! Draws are not in conditions with others: at some optimizations they would be made always.
+      turn = 1.0_wp
+      if (scene%problem%system%effects%n_potentials > 0) turn = random_unit(seed)
+      if (turn < 0.3_wp) then
          call stand_up(scene, q)
          omega = (1e-3_wp*random_unit(seed))*omega
          scene%text = trim(scene%text)//', stands'
@@ -78,7 +81,9 @@ contains
       real(wp) :: moments(3), tensor(3, 3), axes(3, 3), a, b
       integer :: shape
       shape = min(6, 1 + int(6.5_wp*random_unit(seed)))
-      if (shape == 6 .and. random_unit(seed) < 0.5_wp) shape = 1
+      if (shape == 6) then
+         if (random_unit(seed) < 0.5_wp) shape = 1
+      end if
       a = 0.1_wp + 0.9_wp*random_unit(seed)
       b = 0.1_wp + 0.9_wp*random_unit(seed)
       select case (shape)
