@@ -31,6 +31,9 @@ module suites_of_interfaces
       module subroutine collect_ensemble(testsuite)
          type(unittest_type), allocatable, intent(out) :: testsuite(:)
       end subroutine collect_ensemble
+      module subroutine collect_tops(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_tops
       module subroutine collect_exchange(testsuite)
          type(unittest_type), allocatable, intent(out) :: testsuite(:)
       end subroutine collect_exchange
@@ -62,6 +65,7 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("ensemble", collect_ensemble), &
+         new_testsuite("tops", collect_tops), &
          new_testsuite("random", collect_random), &
          new_testsuite("sweep", collect_sweep), &
          new_testsuite("c_bodies", collect_c_bodies), &

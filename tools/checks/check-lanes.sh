@@ -2,7 +2,7 @@
 # Tests the kernels of src/batch and of the Taylor series as they are compiled: every loop over lanes becomes vector instructions
 # (a scalar one costs twice its time and gives the same results, so that no other test would see it), what is compiled for AVX2 has
 # its instructions and what is compiled for every processor has none, and the bits of the bodies depend neither on how many are
-# moved at once nor on the vector instructions, nor do those of series. The last line is the total.
+# moved at once nor on the vector instructions, nor do those of series and of tops. The last line is the total.
 #    tools/checks/check-lanes.sh
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -33,6 +33,9 @@ loops() {
 for source in src/batch/nutate_drift_*2.f90; do
    loops "$source" src/batch/nutate_drift_kernel.inc 'do i = 1, lanes'
 done
+for source in src/batch/nutate_top_*2.f90; do
+   loops "$source" src/batch/nutate_top_kernel.inc 'do i = 1, lane_count'
+done
 for source in src/methods/taylor/nutate_rows_*2.f90; do
    for kernel in rows free; do
       loops "$source" "src/methods/taylor/nutate_${kernel}_kernel.inc" 'do i = 1, 4$'
@@ -47,7 +50,7 @@ registers() {
 }
 
 if [ "$(uname -m)" = x86_64 ]; then
-   for kernel in drift rows; do
+   for kernel in drift top rows; do
       wide=$(registers nutate_${kernel}_avx2) narrow=$(registers nutate_${kernel}_sse2)
       if [ "$wide" -gt 100 ] && [ "$narrow" -eq 0 ]; then
          passed=$((passed + 1))
@@ -109,5 +112,23 @@ for scene in all_effects heavy_top gyrocompass dual_spin; do
       failed=$((failed + 1)) && say "FAILED: other bits of the series of $scene"
    fi
 done
+
+# Tops of a sweep.
+cat >"$scratch/tops.nml" <<'EOF'
+&body inertia = 2.0, 3.0, 4.0, mass = 1.0, center_of_mass = 0.1, 0.0, 0.3 /
+&gravity /
+&initial quaternion = 0.8, 0.6, 0.0, 0.0, angular_velocity = 0.3, 1.0, 5.0 /
+&integrator method = 'taylor', local_tolerance = 1e-9, end_time = 20.0 /
+&ensemble members = 200 /
+&vary key = 'initial.angular_velocity', distribution = 'uniform', low = 3*-5.0, high = 3*5.0 /
+EOF
+for simd in avx2 sse2; do
+   NUTATE_SIMD=$simd "$program" sweep "$scratch/tops.nml" --quiet --output "$scratch/$simd.npy" || exit 1
+done
+if cmp -s "$scratch/avx2.npy" "$scratch/sse2.npy"; then
+   passed=$((passed + 1))
+else
+   failed=$((failed + 1)) && say "FAILED: other bits of the tops of a sweep"
+fi
 say "$passed passed, $failed failed"
 [ $failed -eq 0 ]

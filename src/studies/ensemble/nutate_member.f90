@@ -42,6 +42,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer :: i
       if (allocated(self%scene)) deallocate (self%scene)
+      if (allocated(self%values)) deallocate (self%values)
       allocate (self%scene, source=scene)
       call keep_added(self%scene)
       call forget(self%scene%ensemble)

@@ -37,6 +37,8 @@ contains
       type(member_run_t) :: runner
       type(history_t), allocatable, target :: history
       type(event_history_t), allocatable, target :: events
+      integer(long) :: row(size(fields), 1)
+      logical :: done(1)
 
       fields = 0
       call runner%prepare(scene, layout, status, sweep)
@@ -44,6 +46,10 @@ contains
       call runner%member%set_values(scene%ensemble, number, reason)
       if (reason%ok()) call open_files(runner%member%scene, name, history, events, status)
       if (status%ok()) call runner%row(scene, number, fields, status, reason, history, events)
+      if (status%ok() .and. reason%ok()) then
+         call runner%run_tops(scene, number, row, done, status)
+         if (done(1)) fields = row(:, 1)
+      end if
       call close_files(history, events, reason, status)
       if (status%code == NUTATE_IO) status%message = 'cannot write '//name//': '//trim(status%message)
    end subroutine write_member

@@ -159,8 +159,12 @@ contains
       !> Shape (fields, members).
       integer(long), intent(inout) :: fields(:, :)
       type(status_t), intent(out) :: status
+      logical :: done(last - first + 1)
       integer(long) :: k
+      call runner%run_tops(scene, first, fields, done, status)
+      if (.not. status%ok()) return
       do k = first, last
+         if (done(k - first + 1)) cycle
          call runner%row(scene, k, fields(:, k - first + 1), status)
          if (.not. status%ok()) return
          if (.not. associated(runner%watcher%sweep)) cycle

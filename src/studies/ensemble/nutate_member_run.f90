@@ -5,19 +5,25 @@ module nutate_member_run
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_member, only: member_t
+   use nutate_member_tops, only: find_top, may_be_tops, state_of_top
    use nutate_member_watcher, only: poll_stride, member_watcher_t, sweep_asker_t
    use nutate_progress, only: put_works
    use nutate_row_layout, only: bits_of, row_layout_t
    use nutate_run, only: run_record_t, run_t, system_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
+   use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep_watcher, only: sweep_watcher_t
    use nutate_text_lock, only: lock_texts, unlock_texts
+   use nutate_tops, only: top_t, tops_t
    implicit none
    private
 
    public :: member_run_t
+
+   !> Steps of tops between two polls: some milliseconds.
+   integer, parameter :: steps_between_polls = 1024
 
    !> Runner of members; each thread has its own.
    type :: member_run_t
@@ -31,6 +37,8 @@ module nutate_member_run
       procedure :: prepare
       !> Runs a member and fills its row.
       procedure :: row
+      !> Runs several members at a time, if they are tops.
+      procedure :: run_tops
    end type member_run_t
 
 contains
@@ -72,17 +80,11 @@ contains
       type(event_history_t), intent(in), target, optional :: events
       type(status_t) :: outcome, failure
       integer(long) :: blank(size(fields))
-      real(wp) :: absent
 
       nullify (self%watcher%history, self%watcher%events)
       if (present(history)) self%watcher%history => history
       if (present(events)) self%watcher%events => events
-      call lock_texts()
-      call self%member%set_values(scene%ensemble, number, outcome)
-      call unlock_texts()
-      absent = ieee_value(absent, ieee_quiet_nan)
-      fields = bits_of(absent)
-      where (self%layout%is_whole) fields = 0
+      call begin_row(self, scene, number, fields, outcome)
       blank = fields
       if (outcome%ok()) then
          if (associated(self%watcher%sweep)) call self%watcher%sweep%prepare(self%member%scene%system%effects)
@@ -93,12 +95,109 @@ contains
             fields = blank
          end if
       end if
-      fields(1) = number
+      call end_row(self, number, outcome, fields)
       if (outcome%code == NUTATE_STOPPED .or. outcome%code == NUTATE_IO) status = outcome
-      fields(2) = outcome%code
-      fields(3:self%layout%values) = bits_of(self%member%values)
       if (present(reason)) reason = outcome
    end subroutine row
+
+   !> Sets the values of a member, and blanks its row.
+   subroutine begin_row(self, scene, number, fields, outcome)
+      class(member_run_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer(long), intent(in) :: number
+      integer(long), intent(out) :: fields(:)
+      !> Error of a drawn value that the scene rejects.
+      type(status_t), intent(out) :: outcome
+      real(wp) :: absent
+      call lock_texts()
+      call self%member%set_values(scene%ensemble, number, outcome)
+      call unlock_texts()
+      absent = ieee_value(absent, ieee_quiet_nan)
+      fields = bits_of(absent)
+      where (self%layout%is_whole) fields = 0
+   end subroutine begin_row
+
+   !> Writes the number of a member, its outcome and its values into the row.
+   subroutine end_row(self, number, outcome, fields)
+      class(member_run_t), intent(in) :: self
+      integer(long), intent(in) :: number
+      type(status_t), intent(in) :: outcome
+      integer(long), intent(inout) :: fields(:)
+      fields(1) = number
+      fields(2) = outcome%code
+      fields(3:self%layout%values) = bits_of(self%member%values)
+   end subroutine end_row
+
+   !> Runs those of some members that are tops, and fills their rows: the others are left to `row`, and so are tops that
+   !> do not arrive. Errors: `NUTATE_STOPPED` if the sweep is to end.
+   subroutine run_tops(self, scene, first, fields, done, status)
+      !> Prepared runner.
+      class(member_run_t), intent(inout) :: self
+      !> Scene of the ensemble.
+      type(scene_t), intent(in) :: scene
+      !> Number of the first member.
+      integer(long), intent(in) :: first
+      !> Shape (fields, members).
+      integer(long), intent(inout) :: fields(:, :)
+      !> True for the rows that are filled; shape (members).
+      logical, intent(out) :: done(:)
+      type(status_t), intent(out) :: status
+      type(tops_t) :: tops
+      integer :: who(size(done)), i, n
+      logical :: is_top
+      done = .false.
+      if (.not. may_be_tops(scene, self%watcher%columns)) return
+      allocate (tops%tops(size(done)))
+      n = 0
+      do i = 1, size(done)
+         call begin_row(self, scene, first + i - 1, fields(:, i), status)
+         is_top = status%ok()
+         if (is_top) is_top = self%member%scene%plan%goal%local_tolerance >= scene%plan%goal%local_tolerance .and. &
+                              self%member%scene%plan%goal%local_tolerance <= scene%plan%goal%local_tolerance
+         if (is_top) call find_top(self%member%scene, tops%tops(n + 1), is_top)
+         if (.not. is_top) cycle
+         n = n + 1
+         who(n) = i
+      end do
+      status = status_t()
+      tops%tops = tops%tops(:n)
+      tops%max_steps = scene%plan%max_steps
+      call tops%begin(scene%plan%goal%local_tolerance)
+      do while (tops%running > 0)
+         call tops%take_steps(steps_between_polls)
+         call self%watcher%poll(0.0_wp, status)
+         if (.not. status%ok()) return
+      end do
+      do i = 1, n
+         done(who(i)) = tops%tops(i)%arrived
+         if (done(who(i))) call note_top(self, scene, first + who(i) - 1, tops%tops(i), fields(:, who(i)))
+      end do
+   end subroutine run_tops
+
+   !> Fills the row of a top that has arrived.
+   subroutine note_top(self, scene, number, top, fields)
+      class(member_run_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer(long), intent(in) :: number
+      type(top_t), intent(in) :: top
+      integer(long), intent(out) :: fields(:)
+      type(status_t) :: outcome
+      type(state_t) :: state
+      type(run_record_t) :: record
+      real(wp) :: columns(self%layout%columns - self%layout%values)
+      call begin_row(self, scene, number, fields, outcome)
+      call begin_measures(self%watcher, self%member%scene)
+      state = state_of_top(self%member%scene, top)
+      record%step = top%steps
+      associate (invariants => self%watcher%invariants)
+         call invariants%measure(self%member%scene%system, state)
+         invariants%worst_energy = max(invariants%worst_energy, top%energy_error)
+         invariants%worst_momentum = max(invariants%worst_momentum, top%momentum_error)
+      end associate
+      call self%watcher%columns%evaluate(self%member%scene%system, state, record, columns)
+      call put_end(self, columns, fields)
+      call end_row(self, number, outcome, fields)
+   end subroutine note_top
 
    !> Runs the member whose values have been set.
    subroutine go(self, run, fields, outcome)
@@ -115,10 +214,7 @@ contains
          if (outcome%ok()) call run%set_events(scene%events, scene%system, outcome)
          if (outcome%ok()) call run%follow_chaos(scene%chaos, scene%system, outcome)
          if (.not. outcome%ok()) return
-         associate (j0 => scene%integrator%inverse_auxiliary_inertia)
-            call watcher%columns%start(scene%system, scene%initial, j0, scene%plan%end_time < 0.0_wp)
-            call watcher%invariants%start(scene%system, scene%initial, j0, scene%integrator%attitude)
-         end associate
+         call begin_measures(watcher, scene)
          watcher%wants_works = watcher%columns%needs_works
          if (allocated(watcher%last_row)) deallocate (watcher%last_row)
          if (watcher%columns%shows_commands) allocate (watcher%last_row(watcher%columns%width), source=0.0_wp)
@@ -128,6 +224,16 @@ contains
       end associate
       call note_end(self, run, outcome%ok(), fields)
    end subroutine go
+
+   !> Begins to measure the columns and invariants of a member.
+   subroutine begin_measures(watcher, scene)
+      type(member_watcher_t), intent(inout) :: watcher
+      type(scene_t), intent(in) :: scene
+      associate (j0 => scene%integrator%inverse_auxiliary_inertia)
+         call watcher%columns%start(scene%system, scene%initial, j0, scene%plan%end_time < 0.0_wp)
+         call watcher%invariants%start(scene%system, scene%initial, j0, scene%integrator%attitude)
+      end associate
+   end subroutine begin_measures
 
    !> Runs to the end. If only the ends of steps are observed, the last trial run is used as the run.
    subroutine go_to_end(watcher, run, system, outcome)
@@ -165,9 +271,7 @@ contains
       else
          call evaluate_end(self%member%scene%system)
       end if
-      fields(self%layout%values + 1:self%layout%columns) = bits_of(columns)
-      fields(self%layout%columns + 1) = bits_of(self%watcher%invariants%energy_error())
-      fields(self%layout%columns + 2) = bits_of(self%watcher%invariants%momentum_error())
+      call put_end(self, columns, fields)
       if (allocated(run%summary%chaos)) then
          associate (chaos => run%summary%chaos)
             fields(self%layout%events + 1:) = bits_of([chaos%lyapunov(), chaos%megno(), chaos%fli()])
@@ -192,5 +296,15 @@ contains
             call self%watcher%invariants%measure(system, run%state, record%work)
       end subroutine evaluate_end
    end subroutine note_end
+
+   !> Writes columns, and the errors of the invariants, into the row.
+   subroutine put_end(self, columns, fields)
+      class(member_run_t), intent(in) :: self
+      real(wp), intent(in) :: columns(:)
+      integer(long), intent(inout) :: fields(:)
+      fields(self%layout%values + 1:self%layout%columns) = bits_of(columns)
+      fields(self%layout%columns + 1) = bits_of(self%watcher%invariants%energy_error())
+      fields(self%layout%columns + 2) = bits_of(self%watcher%invariants%momentum_error())
+   end subroutine put_end
 
 end module nutate_member_run

@@ -1,0 +1,16 @@
+!> Steps of tops in SIMD lanes with AVX2: CMakeLists.txt compiles this file for processors that have it. Results are
+!> bitwise identical to those of `nutate_top_sse2`.
+module nutate_top_avx2
+   use nutate_kinds, only: wp
+   use nutate_power_series, only: highest_order, inverses
+   use nutate_top_lanes, only: lane_count, top_lanes_t
+   implicit none
+   private
+
+   public :: expand_tops, move_tops
+
+contains
+
+   include 'nutate_top_kernel.inc'
+
+end module nutate_top_avx2

@@ -1,0 +1,160 @@
+!> Runs of many tops, several at a time by the lanes of vector instructions.
+!>
+!>     call tops%begin(tolerance)
+!>     do while (tops%running > 0)
+!>        call tops%take_steps(1000)
+!>     end do
+!>
+!> A lane whose top arrives gets the next one. What becomes of a top does not depend on the others.
+module nutate_tops
+   use nutate_kinds, only: wp, eps, long
+   use nutate_power_series, only: highest_order, least_order
+   use nutate_simd, only: has_avx2
+   use nutate_top_avx2, only: expand_by_avx2 => expand_tops, move_by_avx2 => move_tops
+   use nutate_top_lanes, only: lane_count, put_top, top_lanes_t, top_t
+   use nutate_top_sse2, only: expand_by_sse2 => expand_tops, move_by_sse2 => move_tops
+   implicit none
+   private
+
+   public :: top_t, tops_t
+
+   !> Order for a tolerance: a part per binary digit, and a constant part.
+   real(wp), parameter :: order_per_digit = 0.4_wp, extra_order = 5.0_wp
+   !> Departure from the invariants that is round-off, over the energy or momentum that they consist of.
+   real(wp), parameter :: round_off = 64*eps
+
+   !> Least cosine of half the rotation of a step: that of the largest one, and some room.
+   real(wp), parameter :: least_cosine = 0.06_wp
+
+   !> Tops and their run.
+   type :: tops_t
+      !> Tops; before and after the run.
+      type(top_t), allocatable :: tops(:)
+      !> Number of tops under way.
+      integer :: running = 0
+      !> Steps that a top may have.
+      integer(long) :: max_steps = huge(1_long)
+      type(top_lanes_t), private :: lanes
+      !> Top in each lane, or 0; next top; order of the series; corrections of energy and momentum in a step.
+      integer, private :: who(lane_count) = 0, next = 1, order = 0, corrections = 0
+      real(wp), private :: tolerance = 0.0_wp
+      logical, private :: avx2 = .false.
+   contains
+      !> Prepares the runs.
+      procedure :: begin
+      !> Takes some steps with each lane.
+      procedure :: take_steps
+   end type tops_t
+
+contains
+
+   !> Prepares the runs of `tops`.
+   subroutine begin(self, tolerance)
+      class(tops_t), intent(inout) :: self
+      !> Error of a step, rad; positive.
+      real(wp), intent(in) :: tolerance
+      integer :: lane
+      self%tolerance = max(tolerance, 0.5_wp*eps)
+      self%order = nint(extra_order - order_per_digit*exponent(self%tolerance))
+      self%order = min(max(self%order, least_order), highest_order)
+      ! Each squares the error, of which 1e-20 is enough.
+      self%corrections = merge(1, merge(2, 4, self%tolerance < 1e-6_wp), self%tolerance < 1e-11_wp)
+      self%avx2 = has_avx2()
+      self%running = 0
+      self%next = 1
+      if (size(self%tops) == 0) return
+      do lane = 1, lane_count
+         call fill_lane(self, lane)
+      end do
+   end subroutine begin
+
+   !> Puts the next top into a lane; if there is none, the first once more, which then runs in vain.
+   subroutine fill_lane(self, lane)
+      class(tops_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      self%who(lane) = 0
+      if (self%next <= size(self%tops)) then
+         self%who(lane) = self%next
+         self%next = self%next + 1
+         self%running = self%running + 1
+      end if
+      call put_top(self%lanes, lane, self%tops(max(self%who(lane), 1)))
+   end subroutine fill_lane
+
+   !> Takes some steps with each lane, fewer if all tops arrive.
+   subroutine take_steps(self, steps)
+      class(tops_t), intent(inout) :: self
+      integer, intent(in) :: steps
+      integer :: lane, n
+      do n = 1, steps
+         if (self%running == 0) return
+         if (self%avx2) then
+            call expand_by_avx2(self%lanes, self%order)
+            call choose_steps(self)
+            call move_by_avx2(self%lanes, self%order, self%corrections)
+         else
+            call expand_by_sse2(self%lanes, self%order)
+            call choose_steps(self)
+            call move_by_sse2(self%lanes, self%order, self%corrections)
+         end if
+         do lane = 1, lane_count
+            call note_step(self, lane)
+         end do
+      end do
+   end subroutine take_steps
+
+   !> Chooses the steps by the last two terms (À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99), and so that none
+   !> leads beyond the end.
+   pure subroutine choose_steps(self)
+      class(tops_t), intent(inout) :: self
+      real(wp) :: allowed
+      integer :: i
+      allowed = 2*log(self%tolerance)
+      associate (lanes => self%lanes, n => self%order)
+         do i = 1, lane_count
+            lanes%step(i) = exp(min((allowed - log(lanes%terms(i, 1)))/(2*n), (allowed - log(lanes%terms(i, 2)))/(2*n - 2)))
+            lanes%step(i) = min(lanes%step(i), min(lanes%longest(i), abs(lanes%left(i)))/abs(lanes%unit(i)))
+         end do
+      end associate
+   end subroutine choose_steps
+
+   !> Counts the step of a lane; at the end, or after a failure, keeps the top and fills the lane with the next one.
+   subroutine note_step(self, lane)
+      class(tops_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      real(wp) :: size_of_time
+      associate (lanes => self%lanes, top => self%tops(max(self%who(lane), 1)))
+         size_of_time = max(abs(top%t), abs(top%end_time))
+         if (self%who(lane) == 0) then
+            if (abs(lanes%left(lane)) <= 4*eps*size_of_time) call fill_lane(self, lane)
+            return
+         end if
+         top%steps = top%steps + 1
+         if (abs(lanes%left(lane)) > 4*eps*size_of_time) then
+            if (top%steps < self%max_steps .and. abs(lanes%unit(lane)) > 4*eps*size_of_time) return
+         else
+            call keep_end(lanes, lane, top)
+         end if
+         self%running = self%running - 1
+         call fill_lane(self, lane)
+      end associate
+   end subroutine note_step
+
+   !> Keeps the end of a run, which has arrived if it has kept the invariants.
+   pure subroutine keep_end(lanes, lane, top)
+      type(top_lanes_t), intent(in) :: lanes
+      integer, intent(in) :: lane
+      type(top_t), intent(inout) :: top
+      real(wp) :: energy, momentum
+      top%omega = lanes%x(lane, 1:3, 0)
+      top%q = lanes%q(lane, :)
+      top%t = top%end_time
+      top%energy_error = lanes%energy_error(lane)
+      top%momentum_error = lanes%momentum_error(lane)
+      momentum = norm2(top%moments*top%omega)
+      energy = 0.5_wp*sum(top%moments*top%omega**2) + norm2(top%moment)
+      top%arrived = lanes%cosine(lane) >= least_cosine .and. top%energy_error <= round_off*energy .and. &
+                    top%momentum_error <= round_off*max(momentum, 1/lanes%per_momentum(lane))
+   end subroutine keep_end
+
+end module nutate_tops

@@ -1,0 +1,241 @@
+!> Sweeps of tops, several at a time: against the oracle, and against single runs.
+submodule(suites_of_interfaces) test_tops
+   use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_kinds, only: wp, eps, long
+   use nutate_member, only: member_t
+   use nutate_member_rows, only: run_members
+   use nutate_member_tops, only: find_top, state_of_top
+   use nutate_quaternion, only: rotation_matrix
+   use nutate_row_layout, only: make_layout, real_of, row_layout_t
+   use nutate_run, only: integrate
+   use nutate_scene, only: parse_scene, scene_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, NUTATE_STEP_LIMIT
+   use nutate_tops, only: top_t, tops_t
+   use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
+      random_unit_quaternion, random_vector, skip_test, test_failed
+   implicit none
+
+   !> Members of a sweep.
+   integer, parameter :: n = 9
+
+contains
+
+   module procedure collect_tops
+      testsuite = [ &
+                  new_unittest("random tops as by the oracle", random_tops), &
+                  new_unittest("rows of tops as by single runs", rows_by_single_runs), &
+                  new_unittest("the row of a top does not depend on the others", rows_are_alone), &
+                  new_unittest("other members are run singly, to the bit", others_are_single), &
+                  new_unittest("a limit of steps is that of a single run", limits)]
+   end procedure collect_tops
+
+   !> Reads a scene, all members of which start with another angular velocity.
+   subroutine read_tops(text, scene, error)
+      character(len=*), intent(in) :: text
+      class(scene_t), allocatable, intent(out) :: scene
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      allocate (scene)
+      call parse_scene(text//' &ensemble members = 9 / &vary key = "initial.angular_velocity.1", &
+         &distribution = "grid", low = -1.5, high = 2.5, points = 9 /', 'tops.nml', scene, status, message)
+      if (.not. status%ok()) call test_failed(error, message)
+   end subroutine read_tops
+
+   !> Returns a random top: any body and direction, forward and backward.
+   function random_top(seed, tolerance) result(text)
+      integer(int64), intent(inout) :: seed
+      real(wp), intent(in) :: tolerance
+      character(len=:), allocatable :: text
+      character(len=640) :: line
+      real(wp) :: moments(3), acceleration(3), axes(3, 3), j(3, 3)
+      integer :: i
+      moments = 1 + 0.9_wp*random_vector(seed)
+      moments = [moments(2) + moments(3), moments(3) + moments(1), moments(1) + moments(2)]
+      axes = rotation_matrix(random_unit_quaternion(seed))
+      do i = 1, 3
+         j(:, i) = matmul(axes, moments*axes(i, :))
+      end do
+      acceleration = 5*random_vector(seed)
+      write (line, '(a,*(es25.17,:,","))') '&body mass = 2, check_triangle = .false., inertia_tensor = ', j(1, 1), &
+         j(2, 2), j(3, 3), j(1, 2), j(1, 3), j(2, 3)
+      text = trim(line)
+      write (line, '(2(a,3(es25.17,:,",")))') ' center_of_mass = ', random_vector(seed), ' / &gravity acceleration = ', &
+         acceleration
+      text = text//trim(line)//' /'
+      write (line, '(a,4(es25.17,:,","))') ' &initial quaternion = ', random_unit_quaternion(seed)
+      text = text//trim(line)
+      write (line, '(a,3(es25.17,:,","))') ' angular_velocity = ', 3*random_vector(seed)
+      text = text//trim(line)
+      write (line, '(a,es25.17,a)') " / &integrator method = 'taylor', local_tolerance = ", tolerance, ','
+      text = text//trim(line)
+      write (line, '(a,es25.17)') ' end_time = ', sign(4 + 8*random_unit(seed), random_unit(seed) - 0.3_wp)
+      text = text//trim(line)//' /'
+   end function random_top
+
+   !> Each step has an error of the tolerance, which the motions multiply by some ten; energy and momentum are kept.
+   subroutine random_tops(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(scene_t), allocatable :: scene
+      type(member_t), allocatable :: members(:)
+      type(tops_t) :: tops
+      type(state_t) :: state
+      type(status_t) :: status
+      real(qp) :: exact(4)
+      real(wp) :: tolerance
+      integer(int64) :: seed
+      integer :: number, i
+      logical :: is_top
+      if (.not. has_oracle) then
+         call skip_test(error, "no kind of 33 digits")
+         return
+      end if
+      seed = 271828_int64
+      allocate (members(n))
+      do number = 1, 60
+         tolerance = 10.0_wp**(-4 - 9*random_unit(seed))
+         call read_tops(random_top(seed, tolerance), scene, error)
+         if (allocated(error)) return
+         if (.not. in_turn(number)) cycle
+         if (allocated(tops%tops)) deallocate (tops%tops)
+         allocate (tops%tops(n))
+         do i = 1, n
+            call members(i)%prepare(scene)
+            call members(i)%set_values(scene%ensemble, int(i, long), status)
+            call find_top(members(i)%scene, tops%tops(i), is_top)
+            call check(error, is_top, 'a member is no top')
+         end do
+         call tops%begin(tolerance)
+         do while (tops%running > 0)
+            call tops%take_steps(10)
+         end do
+         call check(error, all(tops%tops%arrived), 'a top did not arrive')
+         do i = 1, n
+            if (modulo(i + number, 4) > 0 .or. allocated(error)) cycle
+            associate (one => members(i)%scene)
+               call find_true_attitude(one%system, one%initial, one%plan%end_time, exact, 1e-20_qp)
+               state = state_of_top(one, tops%tops(i))
+               call check_below(error, true_distance(exact, state%q), &
+                                10*tolerance*tops%tops(i)%steps + 1e-13_wp, 'attitude')
+            end associate
+         end do
+         if (allocated(error)) return
+      end do
+   end subroutine random_tops
+
+   !> The rows have the states of single runs, with the same one of q and -q, and invariants to round-off.
+   subroutine rows_by_single_runs(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(scene_t), allocatable :: scene
+      type(member_t) :: member
+      type(row_layout_t) :: layout
+      type(state_t) :: state
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :)
+      integer(int64) :: seed
+      integer :: number, i
+      seed = 314159_int64
+      do number = 1, 40
+         call read_tops(random_top(seed, 1e-11_wp), scene, error)
+         if (allocated(error)) return
+         if (.not. in_turn(number)) cycle
+         call make_layout(scene, layout, status)
+         call run_members(scene, layout, 1_long, int(n, long), fields, status)
+         call member%prepare(scene)
+         do i = 1, n
+            call member%set_values(scene%ensemble, int(i, long), status)
+            state = member%scene%initial
+            call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
+            call check(error, status%ok(), trim(status%message))
+            associate (at => layout%values, last => layout%columns)
+               call check_close(error, real_of(fields(at + 1, i)), state%t, 0.0_wp, 'time')
+               call check_close(error, real_of(fields(at + 2:at + 5, i)), state%q, 2e-8_wp, 'attitude')
+               call check_below(error, maxval(real_of(fields(last + 1:last + 2, i))), 64*eps, 'invariants')
+            end associate
+         end do
+         if (allocated(error)) return
+      end do
+   end subroutine rows_by_single_runs
+
+   subroutine rows_are_alone(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(scene_t), allocatable :: scene
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :), row(:, :)
+      integer(int64) :: seed
+      integer :: i
+      seed = 161803_int64
+      call read_tops(random_top(seed, 1e-9_wp), scene, error)
+      if (allocated(error)) return
+      call make_layout(scene, layout, status)
+      call run_members(scene, layout, 1_long, int(n, long), fields, status)
+      do i = 1, n
+         call run_members(scene, layout, int(i, long), int(i, long), row, status)
+         call check(error, all(row(:, 1) == fields(:, i)), 'other bits')
+      end do
+   end subroutine rows_are_alone
+
+   !> Symmetric bodies, rotors, damping, and tops that hang at rest: their rows are those of single runs.
+   subroutine others_are_single(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: top = " &gravity acceleration = 0, 0, -9.81 / &integrator method = 'taylor', &
+         &local_tolerance = 1e-9, end_time = 3 / ", asymmetric = "&body inertia = 2, 3, 4, mass = 1, &
+         &center_of_mass = 0.1, 0.0, 0.3 /", spins = "&initial angular_velocity = 0, 1, 5 /"
+      call compare("&body inertia = 3, 3, 4, mass = 1, center_of_mass = 0, 0, 0.3 /"//spins//top)
+      call compare(asymmetric//spins//top//"&rotor momentum = 0, 1, 2 /")
+      call compare(asymmetric//spins//top//"&damping coefficient = 3*0.1 /")
+      call compare("&body inertia = 2, 3, 4, mass = 1, center_of_mass = 0, 0, -0.3 / "// &
+                   "&initial quaternion = 1, 0, 0, 0, angular_velocity = 3*0 /"//top)
+
+   contains
+
+      !> The first member does not vary, so that a body can be at rest.
+      subroutine compare(text)
+         character(len=*), intent(in) :: text
+         class(scene_t), allocatable :: scene
+         type(member_t) :: member
+         type(row_layout_t) :: layout
+         type(state_t) :: state
+         type(status_t) :: status
+         character(len=:), allocatable :: message
+         integer(long), allocatable :: fields(:, :)
+         if (allocated(error)) return
+         allocate (scene)
+         call parse_scene(text//'&ensemble members = 2 / &vary key = "body.mass", distribution = "grid", low = 1, &
+            &high = 2, points = 2 /', 'others.nml', scene, status, message)
+         if (.not. status%ok()) then
+            call test_failed(error, message)
+            return
+         end if
+         call make_layout(scene, layout, status)
+         call run_members(scene, layout, 1_long, 1_long, fields, status)
+         call member%prepare(scene)
+         call member%set_values(scene%ensemble, 1_long, status)
+         state = member%scene%initial
+         call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
+         call check(error, status%ok(), trim(status%message))
+         call check_close(error, real_of(fields(layout%values + 2:layout%values + 5, 1)), state%q, 0.0_wp, text)
+      end subroutine compare
+
+   end subroutine others_are_single
+
+   subroutine limits(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(scene_t), allocatable :: scene
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :)
+      integer(int64) :: seed
+      seed = 577215_int64
+      call read_tops(random_top(seed, 1e-9_wp), scene, error)
+      if (allocated(error)) return
+      scene%plan%max_steps = 5
+      call make_layout(scene, layout, status)
+      call run_members(scene, layout, 1_long, int(n, long), fields, status)
+      call check(error, all(fields(2, :) == NUTATE_STEP_LIMIT), 'status')
+   end subroutine limits
+
+end submodule test_tops
