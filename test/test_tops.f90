@@ -62,8 +62,8 @@ contains
       write (line, '(a,*(es25.17,:,","))') '&body mass = 2, check_triangle = .false., inertia_tensor = ', j(1, 1), &
          j(2, 2), j(3, 3), j(1, 2), j(1, 3), j(2, 3)
       text = trim(line)
-      write (line, '(2(a,3(es25.17,:,",")))') ' center_of_mass = ', random_vector(seed), ' / &gravity acceleration = ', &
-         acceleration
+      write (line, '(2(a,3(es25.17,:,",")))') ' center_of_mass = ', random_vector(seed), &
+         ' / &gravity acceleration = ', acceleration
       text = text//trim(line)//' /'
       write (line, '(a,4(es25.17,:,","))') ' &initial quaternion = ', random_unit_quaternion(seed)
       text = text//trim(line)
@@ -104,7 +104,8 @@ contains
          do i = 1, n
             call members(i)%prepare(scene)
             call members(i)%set_values(scene%ensemble, int(i, long), status)
-            call find_top(members(i)%scene, tops%tops(i), is_top)
+            call find_top(members(i)%scene%system, members(i)%scene%initial, tops%tops(i), is_top)
+            tops%tops(i)%end_time = members(i)%scene%plan%end_time
             call check(error, is_top, 'a member is no top')
          end do
          call tops%begin(tolerance)
@@ -116,7 +117,7 @@ contains
             if (modulo(i + number, 4) > 0 .or. allocated(error)) cycle
             associate (one => members(i)%scene)
                call find_true_attitude(one%system, one%initial, one%plan%end_time, exact, 1e-20_qp)
-               state = state_of_top(one, tops%tops(i))
+               state = state_of_top(one%system, tops%tops(i))
                call check_below(error, true_distance(exact, state%q), &
                                 10*tolerance*tops%tops(i)%steps + 1e-13_wp, 'attitude')
             end associate

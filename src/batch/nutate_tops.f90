@@ -103,8 +103,8 @@ contains
       end do
    end subroutine take_steps
 
-   !> Chooses the steps by the last two terms (À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99), and so that none
-   !> leads beyond the end.
+   !> Chooses the steps by the last two terms (À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99), and so that
+   !> none leads beyond the end.
    pure subroutine choose_steps(self)
       class(tops_t), intent(inout) :: self
       real(wp) :: allowed
@@ -112,7 +112,8 @@ contains
       allowed = 2*log(self%tolerance)
       associate (lanes => self%lanes, n => self%order)
          do i = 1, lane_count
-            lanes%step(i) = exp(min((allowed - log(lanes%terms(i, 1)))/(2*n), (allowed - log(lanes%terms(i, 2)))/(2*n - 2)))
+            lanes%step(i) = exp(min((allowed - log(lanes%terms(i, 1)))/(2*n), &
+                                    (allowed - log(lanes%terms(i, 2)))/(2*n - 2)))
             lanes%step(i) = min(lanes%step(i), min(lanes%longest(i), abs(lanes%left(i)))/abs(lanes%unit(i)))
          end do
       end associate

@@ -1,11 +1,12 @@
 !> Runs members of an ensemble, one after the other, each to its row. A row depends on scene, seed and member alone.
 module nutate_member_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use nutate_columns, only: columns_t
    use nutate_event_history, only: event_history_t
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_member, only: member_t
-   use nutate_member_tops, only: find_top, may_be_tops, state_of_top
+   use nutate_member_tops, only: find_top, state_of_top
    use nutate_member_watcher, only: poll_stride, member_watcher_t, sweep_asker_t
    use nutate_progress, only: put_works
    use nutate_row_layout, only: bits_of, row_layout_t
@@ -152,9 +153,12 @@ contains
       do i = 1, size(done)
          call begin_row(self, scene, first + i - 1, fields(:, i), status)
          is_top = status%ok()
-         if (is_top) is_top = self%member%scene%plan%goal%local_tolerance >= scene%plan%goal%local_tolerance .and. &
-                              self%member%scene%plan%goal%local_tolerance <= scene%plan%goal%local_tolerance
-         if (is_top) call find_top(self%member%scene, tops%tops(n + 1), is_top)
+         associate (one => self%member%scene, top => tops%tops(n + 1))
+            if (is_top) is_top = one%plan%goal%local_tolerance >= scene%plan%goal%local_tolerance .and. &
+                                 one%plan%goal%local_tolerance <= scene%plan%goal%local_tolerance
+            if (is_top) call find_top(one%system, one%initial, top, is_top)
+            if (is_top) top%end_time = one%plan%end_time
+         end associate
          if (.not. is_top) cycle
          n = n + 1
          who(n) = i
@@ -174,6 +178,21 @@ contains
       end do
    end subroutine run_tops
 
+   !> Returns true if nothing but the states at the ends of runs by Taylor series with a `local_tolerance` is asked for.
+   logical function may_be_tops(scene, columns)
+      !> Scene of an ensemble.
+      type(scene_t), intent(in) :: scene
+      !> Columns of its rows.
+      type(columns_t), intent(in) :: columns
+      associate (settings => scene%integrator, goal => scene%plan%goal)
+         may_be_tops = settings%method == 'taylor' .and. settings%conserve .and. settings%attitude .and. &
+                       settings%series_order == 0 .and. settings%max_step >= huge(1.0_wp) .and. &
+                       goal%local_tolerance > 0.0_wp .and. goal%accuracy <= 0.0_wp .and. goal%error_rate <= 0.0_wp
+      end associate
+      may_be_tops = may_be_tops .and. scene%events%count() == 0 .and. scene%chaos%exponents == 0 .and. &
+                    .not. (columns%follows_steps .or. columns%shows_commands)
+   end function may_be_tops
+
    !> Fills the row of a top that has arrived.
    subroutine note_top(self, scene, number, top, fields)
       class(member_run_t), intent(inout) :: self
@@ -187,7 +206,7 @@ contains
       real(wp) :: columns(self%layout%columns - self%layout%values)
       call begin_row(self, scene, number, fields, outcome)
       call begin_measures(self%watcher, self%member%scene)
-      state = state_of_top(self%member%scene, top)
+      state = state_of_top(self%member%scene%system, top)
       record%step = top%steps
       associate (invariants => self%watcher%invariants)
          call invariants%measure(self%member%scene%system, state)

@@ -2,49 +2,35 @@
 module nutate_member_tops
    use nutate_attitude, only: quat_from_matrix
    use nutate_axial_frame, only: axial_frame_t
-   use nutate_columns, only: columns_t
    use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: quat_conjugate, quat_product
-   use nutate_scene, only: scene_t
    use nutate_state, only: state_t
+   use nutate_system, only: system_t
    use nutate_tops, only: top_t
    implicit none
    private
 
-   public :: may_be_tops, find_top, state_of_top
+   public :: find_top, state_of_top
 
 contains
 
-   !> Returns true if nothing but the states at the ends of runs by Taylor series with a `local_tolerance` is asked for.
-   logical function may_be_tops(scene, columns)
-      !> Scene of an ensemble.
-      type(scene_t), intent(in) :: scene
-      !> Columns of its rows.
-      type(columns_t), intent(in) :: columns
-      associate (settings => scene%integrator, goal => scene%plan%goal)
-         may_be_tops = settings%method == 'taylor' .and. settings%conserve .and. settings%attitude .and. &
-                       settings%series_order == 0 .and. settings%max_step >= huge(1.0_wp) .and. &
-                       goal%local_tolerance > 0.0_wp .and. goal%accuracy <= 0.0_wp .and. goal%error_rate <= 0.0_wp
-      end associate
-      may_be_tops = may_be_tops .and. scene%events%count() == 0 .and. scene%chaos%exponents == 0 .and. &
-                    .not. (columns%follows_steps .or. columns%shows_commands)
-   end function may_be_tops
-
    !> Finds the top that a member is: an asymmetric body in a single potential that is linear in a fixed direction.
-   subroutine find_top(scene, top, is_top)
-      !> Scene of the member.
-      type(scene_t), intent(in) :: scene
+   subroutine find_top(system, start, top, is_top)
+      !> System and first state of the member.
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: start
+      !> Its end time is not set.
       type(top_t), intent(out) :: top
       logical, intent(out) :: is_top
       type(axial_frame_t) :: axial
       real(wp) :: length
       is_top = .false.
-      associate (body => scene%system%body, effects => scene%system%effects)
+      associate (body => system%body, effects => system%effects)
          if (effects%n_potentials /= 1 .or. effects%n_off + effects%n_torques + effects%n_rotors > 0) return
          if (effects%frame_turns .or. effects%moves .or. effects%varies .or. effects%on_orbit) return
-         call axial%recognise(scene%system)
+         call axial%recognise(system)
          if (axial%axis > 0) return
          select type (potential => effects%potentials(1)%item)
          class is (linear_potential_t)
@@ -52,14 +38,13 @@ contains
             if (.not. length > 0.0_wp) return
             top%moments = body%moments
             top%moment = length*matmul(potential%moment, body%axes)
-            top%omega = matmul(angular_velocity(scene%system, scene%initial), body%axes)
+            top%omega = matmul(angular_velocity(system, start), body%axes)
             top%q = quat_product(quat_conjugate(axes_of(potential%direction/length)), &
-                                 quat_product(scene%initial%q, quat_from_matrix(body%axes)))
+                                 quat_product(start%q, quat_from_matrix(body%axes)))
             is_top = .true.
          end select
       end associate
-      top%t = scene%initial%t
-      top%end_time = scene%plan%end_time
+      top%t = start%t
    end subroutine find_top
 
    !> Returns the attitude of axes whose third one is a unit vector, space axes.
@@ -74,17 +59,15 @@ contains
    end function axes_of
 
    !> Returns the state of a member after the run of its top.
-   type(state_t) function state_of_top(scene, top) result(state)
-      !> Scene of the member.
-      type(scene_t), intent(in) :: scene
+   type(state_t) function state_of_top(system, top) result(state)
+      !> System of the member.
+      type(system_t), intent(in) :: system
       type(top_t), intent(in) :: top
       real(wp) :: direction(3), q(4)
-      associate (system => scene%system)
-         direction = system%effects%potentials(1)%item%direction
-         q = quat_product(axes_of(direction/norm2(direction)), &
-                          quat_product(top%q, quat_conjugate(quat_from_matrix(system%body%axes))))
-         state = make_state(system, q/norm2(q), matmul(system%body%axes, top%omega), top%t)
-      end associate
+      direction = system%effects%potentials(1)%item%direction
+      q = quat_product(axes_of(direction/norm2(direction)), &
+                       quat_product(top%q, quat_conjugate(quat_from_matrix(system%body%axes))))
+      state = make_state(system, q/norm2(q), matmul(system%body%axes, top%omega), top%t)
    end function state_of_top
 
 end module nutate_member_tops
