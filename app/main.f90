@@ -8,12 +8,12 @@ program main
    use nutate_export_command, only: export_command
    use nutate_fit_command, only: fit_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
+   use nutate_forks, only: has_threads
    use nutate_help, only: help_page
    use nutate_linearize_command, only: linearize_command
    use nutate_plot_command, only: plot_command
    use nutate_run_command, only: run_command
    use nutate_run_watcher, only: end_by_signal
-   use nutate_member_rows, only: has_threads
    use nutate_sweep_command, only: sweep_command
    use nutate_sweep_report, only: sweep_workers_t
    use nutate_version, only: version

@@ -16,7 +16,6 @@ module nutate_check_command
    use nutate_event, only: CROSSING, event_t, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON
    use nutate_notes, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows, note_t
    use nutate_files, only: STANDARD_OUTPUT
-   use nutate_fixed_steps, only: count_steps
    use nutate_free_variations, only: usual_sets
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       system_t
@@ -28,7 +27,7 @@ module nutate_check_command
    use nutate_linearize_command, only: add_periodic
    use nutate_printable, only: printable_path
    use nutate_run, only: observer_t, run_t
-   use nutate_run_plan, only: run_plan_t
+   use nutate_run_plan, only: count_steps, run_plan_t
    use nutate_run_summary, only: kept_momentum
    use nutate_scene, only: scene_t
    use nutate_scene_warnings, only: collect_notes

@@ -4,11 +4,11 @@ module nutate_notes
    use nutate_columns, only: columns_t
    use nutate_console, only: plural
    use nutate_decimal, only: rounded_text
-   use nutate_fixed_steps, only: count_steps
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: long, wp
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
+   use nutate_run_plan, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t
    implicit none

@@ -6,10 +6,10 @@ module nutate_sweep_command
    use nutate_decimal, only: decimal_t
    use nutate_event_history, only: events_name
    use nutate_files, only: file_exists, partial_name, write_text, STANDARD_OUTPUT
+   use nutate_forks, only: has_threads
    use nutate_scene_loading, only: propagated_fault, read_scene_of
    use nutate_kinds, only: long
    use nutate_member_history, only: write_member
-   use nutate_member_rows, only: has_threads
    use nutate_outputs, only: outputs_t, EVENTS, HISTORY, LISTING, MEANS, ROWS, ROWS_AS_CSV
    use nutate_printable, only: printable_path
    use nutate_row_layout, only: make_layout, row_layout_t

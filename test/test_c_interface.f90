@@ -21,8 +21,8 @@ submodule(suites_of_interfaces) test_c_interface
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t, system_t
-   use test_shipped_scenes, only: shipped_scenes => scene_names
-   use test_support, only: check, check_below, error_type, new_unittest, skip_test, test_failed
+   use test_support, only: check, check_below, error_type, new_unittest, shipped_scenes => scene_names, skip_test, &
+                           test_failed
    implicit none
 
    !> Keeps the rows of a run of the library.

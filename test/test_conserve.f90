@@ -14,8 +14,7 @@ submodule(suites_of_runs) test_conserve
    use test_conserving_runs, only: check_guard, check_run, get_stepper, go, guard_row, guard_t, methods, round_off
    use test_problems, only: body_momentum, box, bruls_top, forced_body, free_body, make_state, march, new_problem, &
       problem_t, simo_top, total_energy
-   use test_shipped_scenes, only: scene_names
-   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, scene_names
    implicit none
 
 contains

@@ -14,8 +14,7 @@ submodule(suites_of_runs) test_heap
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_shipped_scenes, only: scene_names
-   use test_support, only: check, error_type, in_turn, new_unittest, skip_test, test_failed
+   use test_support, only: check, error_type, in_turn, new_unittest, scene_names, skip_test, test_failed
    implicit none
 
    !> Number of allocations between the first row and the last.

@@ -16,8 +16,7 @@ submodule(suites_of_runs) test_rk8
    use test_conserving_runs, only: check_run, get_stepper, go
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, make_state, march, new_problem, &
       problem_t, simo_top, system_t, total_energy
-   use test_shipped_scenes, only: scene_names
-   use test_support, only: check, check_below, check_close, error_type, new_unittest
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, scene_names
    implicit none
 
    !> Looks at rows and keeps none.

@@ -23,9 +23,8 @@ submodule(suites_of_methods) test_root_proof
    use nutate_status, only: status_t
    use nutate_timed_force, only: timed_force_t
    use test_problems, only: make_state, new_system, system_t
-   use test_shipped_scenes, only: scene_names
    use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
-      random_vector, share_of, test_failed
+                           random_vector, scene_names, share_of, test_failed
    implicit none
 
    !> U = (a·γ)³/|a|³: within |γ| ≤ |n| its derivatives are bounded by 3|n|², 6|n| and 6.

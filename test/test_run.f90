@@ -2,9 +2,8 @@
 submodule(suites_of_runs) test_run
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps, long
-   use nutate_fixed_steps, only: count_steps
    use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t, system_t
-   use nutate_run_plan, only: run_plan_t
+   use nutate_run_plan, only: count_steps, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STEP_LIMIT, fail, status_t
    use nutate_integrator_settings, only: integrator_settings_t

@@ -11,19 +11,12 @@ module test_shipped_scenes
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, scene_names, &
+                           unittest_type
    implicit none
    private
 
-   public :: collect_shipped_scenes, scene_names
-
-   !> Names of the scenes, but for those of ensembles and of events, of which one is the box again, and the switches of
-   !> the other exclude an accuracy.
-   character(len=26), parameter :: scene_names(13) = [character(len=26) :: &
-                                                      'all_effects', 'box', 'compass', 'earth_pointing', 'fast_top', &
-                                                      'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &
-                                                      'precessing_top', 'slowing_plate', 'spin_up', &
-                                                      'spring_gyroscope', 'thrust_profile']
+   public :: collect_shipped_scenes
 
    !> Keeps the largest departure of the invariants.
    type, extends(observer_t) :: guard_t

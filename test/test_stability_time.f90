@@ -3,9 +3,8 @@ module test_stability_time
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_fixed_steps, only: count_steps
    use nutate_run, only: integrate, run_record_t, run_summary_t
-   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_run_plan, only: count_steps, run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t, system_t

@@ -13,7 +13,16 @@ module test_support
 
    public :: error_type, new_unittest, skip_test, unittest_type
    public :: check, check_close, check_below, test_failed
+   public :: scene_names
    public :: draws_fewer, in_turn, is_slow_build, one_in, share_of, random_unit, random_vector, random_unit_quaternion
+
+   !> Names of the scenes, but for those of ensembles and of events, of which one is the box again, and the switches of
+   !> the other exclude an accuracy.
+   character(len=26), parameter :: scene_names(13) = [character(len=26) :: &
+                                                      'all_effects', 'box', 'compass', 'earth_pointing', 'fast_top', &
+                                                      'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &
+                                                      'precessing_top', 'slowing_plate', 'spin_up', &
+                                                      'spring_gyroscope', 'thrust_profile']
 
    !> |actual - expected| <= tolerance, element by element.
    interface check_close

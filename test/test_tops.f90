@@ -188,6 +188,7 @@ contains
       call compare("&body inertia = 3, 3, 4, mass = 1, center_of_mass = 0, 0, 0.3 /"//spins//top)
       call compare(asymmetric//spins//top//"&rotor momentum = 0, 1, 2 /")
       call compare(asymmetric//spins//top//"&damping coefficient = 3*0.1 /")
+      call compare("&body inertia = 2, 3, 4, mass = 1 / &initial angular_velocity = 3*0 /"//top)
       call compare("&body inertia = 2, 3, 4, mass = 1, center_of_mass = 0, 0, -0.3 / "// &
                    "&initial quaternion = 1, 0, 0, 0, angular_velocity = 3*0 /"//top)
 

@@ -5,7 +5,7 @@ module nutate_forks
    implicit none
    private
 
-   public :: may_start_threads
+   public :: has_threads, may_start_threads
 
    interface
       integer(c_int) function nutate_may_start_threads() bind(C)
@@ -14,6 +14,12 @@ module nutate_forks
    end interface
 
 contains
+
+   !> Returns true if the library was built with threads.
+   pure logical function has_threads()
+      has_threads = .false.
+      !$ has_threads = .true.
+   end function has_threads
 
    !> Returns true unless this process was forked from one that had called this function. A procedure calls it before
    !> a parallel region with more than one thread, and uses one thread if the result is false.

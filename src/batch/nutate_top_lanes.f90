@@ -8,7 +8,6 @@
 !> 15 products where L and three directions have 24. All numbers are in principal axes.
 module nutate_top_lanes
    use nutate_kinds, only: wp, long
-   use nutate_power_series, only: highest_order
    use nutate_quaternion, only: rotation_matrix
    implicit none
    private
@@ -55,8 +54,8 @@ module nutate_top_lanes
       real(wp) :: terms(lane_count, 2)
       !> Attitude; least cosine of half the rotation of a step so far.
       real(wp) :: q(lane_count, 4), cosine(lane_count)
-      !> Coefficients of Ω, e and h in units of time; shape (lane, 9, 0:highest_order).
-      real(wp) :: x(lane_count, 9, 0:highest_order)
+      !> Ω, rad/s, e and h; shape (lane, 9).
+      real(wp) :: y(lane_count, 9)
    end type top_lanes_t
 
 contains
@@ -91,7 +90,7 @@ contains
       self%unit(lane) = sign(first_unit*self%longest(lane), self%left(lane))
       self%q(lane, :) = top%q
       self%cosine(lane) = 1.0_wp
-      self%x(lane, :, 0) = [top%omega, rows(3, :), rows(1, :)]
+      self%y(lane, :) = [top%omega, rows(3, :), rows(1, :)]
    end subroutine put_top
 
 end module nutate_top_lanes

@@ -2,14 +2,13 @@
 !> exactly at the end time. A step that fails is subdivided as far as necessary.
 module nutate_fixed_steps
    use nutate_archive, only: archive_t
-   use nutate_kinds, only: wp, eps, long
-   use nutate_limits, only: same_time
+   use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: add_works, count_part, count_step, end_of_step, progress_t, put_works, run_point_t, &
       way_t
    use nutate_step_subdivision, only: perform_next_part, try, try_piece
    use nutate_step_policy, only: step_policy_t
-   use nutate_run_plan, only: run_plan_t
+   use nutate_run_plan, only: count_steps, step_margin
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: stepper_t, system_t
@@ -17,7 +16,7 @@ module nutate_fixed_steps
    implicit none
    private
 
-   public :: fixed_steps_t, count_steps, step_margin
+   public :: fixed_steps_t
 
    !> Steps between two polls: a poll of the program takes about as long as the cheapest step (0.2 µs), so that they
    !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would take effect within a second.
@@ -70,38 +69,6 @@ contains
          if (allocated(plan%times) .or. progress%keeps_dense_output) call self%stepper%keep_steps()
       end associate
    end subroutine begin
-
-   !> Returns the number of nominal steps from a time to the plan's end, the shortened last one included; for more than
-   !> can be counted, the largest count there is.
-   pure integer(long) function count_steps(t, plan) result(n)
-      !> Time to count from, s.
-      real(wp), intent(in) :: t
-      type(run_plan_t), intent(in) :: plan
-      real(wp) :: ratio
-      ratio = (plan%end_time - t)/plan%time_step
-      if (ratio >= real(huge(n), wp)) then
-         n = huge(n)
-      else
-         n = int(ratio, long)
-         if (ratio - real(n, wp) > same_time + time_noise(t, plan%end_time, plan%time_step)/abs(plan%time_step)) &
-            n = n + 1
-      end if
-   end function count_steps
-
-   !> Returns the rounding error of a time of the run, s: far from zero more than `same_time` of a step, but less than a
-   !> step.
-   pure real(wp) function time_noise(t, end_time, time_step)
-      !> Time, end of the run, and nominal length, s.
-      real(wp), intent(in) :: t, end_time, time_step
-      time_noise = min(4*eps*max(abs(t), abs(end_time)), 0.25_wp*abs(time_step))
-   end function time_noise
-
-   !> Returns the largest difference, s, from the nominal length at which a length is still treated as nominal.
-   pure real(wp) function step_margin(t, end_time, time_step)
-      !> Start of the step, end of the run, and nominal length, s.
-      real(wp), intent(in) :: t, end_time, time_step
-      step_margin = same_time*abs(time_step) + time_noise(t, end_time, time_step)
-   end function step_margin
 
    !> Takes one step of the method towards the end of a nominal step, which is counted there, or to a time inside it at
    !> which steps must end; if that fails, the first part of it that does not.

@@ -5,7 +5,7 @@ submodule(nutate_run) nutate_run_procedures
    use nutate_control, only: beyond_accuracy, is_watched
    use nutate_error_control, only: error_control_t, is_evaluable
    use nutate_event_tracker, only: event_tracker_t
-   use nutate_fixed_steps, only: count_steps, fixed_steps_t
+   use nutate_fixed_steps, only: fixed_steps_t
    use nutate_kinds, only: eps
    use nutate_limits, only: is_moderate
    use nutate_method_choice, only: choose_settings
@@ -14,6 +14,7 @@ submodule(nutate_run) nutate_run_procedures
    use nutate_progress, only: conclude_run, end_of_step, is_over, start_run, way_t
    use nutate_range, only: check_system
    use nutate_run_loop, only: drive, transfer_run
+   use nutate_run_plan, only: count_steps
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: check_prepared, outside
    use nutate_varying_inertia, only: check_change

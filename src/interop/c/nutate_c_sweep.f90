@@ -6,7 +6,8 @@ module nutate_c_sweep
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
    use nutate_effect_list, only: effect_list_t
-   use nutate_member_rows, only: fill_rows, has_threads
+   use nutate_forks, only: has_threads
+   use nutate_member_rows, only: fill_rows
    use nutate_row_layout, only: field_length, make_layout, row_layout_t
    use nutate_scene, only: scene_kinds, scene_t
    use nutate_scene_ensemble, only: add_table

@@ -5,7 +5,6 @@ module nutate_f77_stepping
    use nutate_f77_work, only: AT_ALL_STEPS, AT_BEGUN, AT_CALL, AT_DT, AT_FIRST_TIME, AT_ITERATIONS, AT_MARK, AT_P, &
       AT_P_COMPENSATION, AT_Q, AT_Q_COMPENSATION, AT_STEPS, AT_SUBDIVIDED, AT_T, AT_UNCERTIFIED, AT_WORK, &
       AT_WORK_COMPENSATION, count_work, fill_work, place_at, put_memory, settings_of, setup_t
-   use nutate_fixed_steps, only: step_margin
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       system_t, total_energy
    use nutate_kinds, only: wp, long
@@ -13,7 +12,7 @@ module nutate_f77_stepping
    use nutate_methods, only: make_stepper, stepper_t
    use nutate_quaternion, only: quat_norm
    use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
-   use nutate_run_plan, only: run_plan_t
+   use nutate_run_plan, only: step_margin, run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
    implicit none

@@ -1,9 +1,9 @@
 !> Moves the sensitivities of a run over the times at which torques and motors start and stop. Steps end there; a step
 !> that ends so near to such a time that no further step was made for it is treated as ending there.
 module nutate_passed_windows
-   use nutate_fixed_steps, only: step_margin
    use nutate_kinds, only: wp
    use nutate_progress, only: progress_t, sense_of
+   use nutate_run_plan, only: step_margin
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t

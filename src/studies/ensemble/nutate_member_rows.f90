@@ -1,7 +1,7 @@
 !> Computes rows of members in memory, in the calling thread or in several threads.
 module nutate_member_rows
    use, intrinsic :: iso_c_binding, only: c_int
-   use nutate_forks, only: may_start_threads
+   use nutate_forks, only: has_threads, may_start_threads
    use nutate_kinds, only: wp, long
    use nutate_member_run, only: member_run_t
    use nutate_row_layout, only: row_layout_t
@@ -12,7 +12,7 @@ module nutate_member_rows
    implicit none
    private
 
-   public :: run_members, fill_rows, run_share, has_threads
+   public :: run_members, fill_rows, run_share
 
    !> Largest number of members that a thread takes at a time: small, so that threads end together.
    integer(long), parameter :: largest_share = 64
@@ -31,12 +31,6 @@ module nutate_member_rows
    end interface
 
 contains
-
-   !> Returns true if the library was built with threads.
-   pure logical function has_threads()
-      has_threads = .false.
-      !$ has_threads = .true.
-   end function has_threads
 
    !> Runs members in the calling thread and returns their rows. Errors: `NUTATE_BAD_ARGUMENT` for members that the
    !> ensemble does not have, and for an unknown set of columns.

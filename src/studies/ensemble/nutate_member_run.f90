@@ -190,7 +190,7 @@ contains
                        goal%local_tolerance > 0.0_wp .and. goal%accuracy <= 0.0_wp .and. goal%error_rate <= 0.0_wp
       end associate
       may_be_tops = may_be_tops .and. scene%events%count() == 0 .and. scene%chaos%exponents == 0 .and. &
-                    .not. (columns%follows_steps .or. columns%shows_commands)
+                    .not. (columns%follows_steps .or. columns%shows_commands .or. columns%differentiates)
    end function may_be_tops
 
    !> Fills the row of a top that has arrived.

@@ -14,6 +14,9 @@ module nutate_member_tops
 
    public :: find_top, state_of_top
 
+   !> Largest energy, J, and moment, kg m², whose squares and quotients are far from overflow; 1 over it is the least.
+   real(wp), parameter :: widest = 1e60_wp
+
 contains
 
    !> Finds the top that a member is: an asymmetric body in a single potential that is linear in a fixed direction.
@@ -25,7 +28,7 @@ contains
       type(top_t), intent(out) :: top
       logical, intent(out) :: is_top
       type(axial_frame_t) :: axial
-      real(wp) :: length
+      real(wp) :: length, energy
       is_top = .false.
       associate (body => system%body, effects => system%effects)
          if (effects%n_potentials /= 1 .or. effects%n_off + effects%n_torques + effects%n_rotors > 0) return
@@ -41,7 +44,9 @@ contains
             top%omega = matmul(angular_velocity(system, start), body%axes)
             top%q = quat_product(quat_conjugate(axes_of(potential%direction/length)), &
                                  quat_product(start%q, quat_from_matrix(body%axes)))
-            is_top = .true.
+            top%q = top%q/norm2(top%q)
+            energy = norm2(top%moment) + dot_product(top%moments, top%omega**2)
+            is_top = all([energy, minval(top%moments)] > 1/widest) .and. all([energy, maxval(top%moments)] < widest)
          end select
       end associate
       top%t = start%t

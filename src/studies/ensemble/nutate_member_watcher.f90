@@ -4,11 +4,11 @@ module nutate_member_watcher
    use nutate_columns, only: columns_t
    use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t
-   use nutate_fixed_steps, only: count_steps
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_run_plan, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED

@@ -14,8 +14,9 @@
 !>     call sweep%finish_chunk(chunk, fields, status)               ! where it was opened
 module nutate_sweep
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_forks, only: has_threads
    use nutate_kinds, only: long
-   use nutate_member_rows, only: has_threads, run_share
+   use nutate_member_rows, only: run_share
    use nutate_member_run, only: member_run_t
    use nutate_npy, only: longest_header, npy_header
    use nutate_row_layout, only: make_layout, row_layout_t
