@@ -26,21 +26,29 @@ contains
       testsuite = [ &
                   new_unittest("random tops as by the oracle", random_tops), &
                   new_unittest("rows of tops as by single runs", rows_by_single_runs), &
+                  new_unittest("slow motions near an equilibrium", near_equilibria), &
+                  new_unittest("settings that vary from member to member", varied_settings), &
                   new_unittest("the row of a top does not depend on the others", rows_are_alone), &
                   new_unittest("other members are run singly, to the bit", others_are_single), &
                   new_unittest("a limit of steps is that of a single run", limits)]
    end procedure collect_tops
 
    !> Reads a scene, all members of which start with another angular velocity.
-   subroutine read_tops(text, scene, error)
+   subroutine read_tops(text, scene, error, size)
       character(len=*), intent(in) :: text
       class(scene_t), allocatable, intent(out) :: scene
       type(error_type), allocatable, intent(inout) :: error
+      !> Largest of these velocities, rad/s; default 2.5.
+      real(wp), intent(in), optional :: size
       type(status_t) :: status
       character(len=:), allocatable :: message
+      character(len=24) :: high
+      high = '2.5'
+      if (present(size)) write (high, '(es24.16)') size
       allocate (scene)
-      call parse_scene(text//' &ensemble members = 9 / &vary key = "initial.angular_velocity.1", &
-         &distribution = "grid", low = -1.5, high = 2.5, points = 9 /', 'tops.nml', scene, status, message)
+      call parse_scene(text//' &ensemble members = 9 / &vary key = "initial.angular_velocity.1", distribution = &
+         &"grid", low = -'//trim(adjustl(high))//', high = '//high//', points = 9 /', 'tops.nml', scene, status, &
+                       message)
       if (.not. status%ok()) call test_failed(error, message)
    end subroutine read_tops
 
@@ -75,7 +83,8 @@ contains
       text = text//trim(line)//' /'
    end function random_top
 
-   !> Each step has an error of the tolerance, which the motions multiply by some ten; energy and momentum are kept.
+   !> Each step has an error of the tolerance, which the motions multiply by some ten. Tops whose Ω passes zero or the
+   !> direction e may be given up, and would be run singly.
    subroutine random_tops(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene
@@ -86,8 +95,10 @@ contains
       real(qp) :: exact(4)
       real(wp) :: tolerance
       integer(int64) :: seed
-      integer :: number, i
+      integer :: number, i, given_up, runs
       logical :: is_top
+      given_up = 0
+      runs = 0
       if (.not. has_oracle) then
          call skip_test(error, "no kind of 33 digits")
          return
@@ -110,11 +121,12 @@ contains
          end do
          call tops%begin(tolerance)
          do while (tops%running > 0)
-            call tops%take_steps(10)
+            call tops%perform_steps(10)
          end do
-         call check(error, all(tops%tops%arrived), 'a top did not arrive')
+         given_up = given_up + count(.not. tops%tops%arrived)
+         runs = runs + n
          do i = 1, n
-            if (modulo(i + number, 4) > 0 .or. allocated(error)) cycle
+            if (modulo(i + number, 4) > 0 .or. allocated(error) .or. .not. tops%tops(i)%arrived) cycle
             associate (one => members(i)%scene)
                call find_true_attitude(one%system, one%initial, one%plan%end_time, exact, 1e-20_qp)
                state = state_of_top(one%system, tops%tops(i))
@@ -124,6 +136,7 @@ contains
          end do
          if (allocated(error)) return
       end do
+      call check(error, 20*given_up <= runs, 'more than one in 20 tops did not arrive')
    end subroutine random_tops
 
    !> The rows have the states of single runs, with the same one of q and -q, and invariants to round-off.
@@ -159,6 +172,88 @@ contains
          if (allocated(error)) return
       end do
    end subroutine rows_by_single_runs
+
+   !> Hanging and upright bodies that turn slowly, and bodies that spin about the vertical: where the energy is
+   !> stationary its round-off must not move the state. The amplitudes grow by e⁶ at most.
+   subroutine near_equilibria(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(scene_t), allocatable :: scene
+      type(member_t) :: member
+      type(row_layout_t) :: layout
+      type(state_t) :: state
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :)
+      character(len=400) :: text
+      integer(int64) :: seed
+      real(wp) :: spin
+      integer :: number, i
+      seed = 662607_int64
+      do number = 1, 36
+         spin = merge(10.0_wp, 0.0_wp, modulo(number, 3) == 0)
+         write (text, '(3a,es24.16,",",es24.16,a,es9.1,a)') &
+            '&body inertia = 2, 3, 4, mass = 1, center_of_mass = 0, 0, ', &
+            merge('-0.3', ' 0.3', modulo(number, 2) == 0), &
+            ' / &gravity / &initial angular_velocity = ', &
+            10.0_wp**(-number/3)*random_unit(seed), 10.0_wp**(-number/3)*random_unit(seed), ',', spin, &
+            " / &integrator method = 'taylor', local_tolerance = 1e-12, end_time = 4 /"
+         call read_tops(trim(text)//' ', scene, error, 10.0_wp**(-number/3))
+         if (allocated(error)) return
+         if (.not. in_turn(number)) cycle
+         call make_layout(scene, layout, status)
+         call run_members(scene, layout, 1_long, int(n, long), fields, status)
+         call member%prepare(scene)
+         do i = 1, n
+            call member%set_values(scene%ensemble, int(i, long), status)
+            state = member%scene%initial
+            call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
+            call check(error, status%ok(), trim(status%message))
+            call check_close(error, real_of(fields(layout%values + 2:layout%values + 5, i)), state%q, 1e-10_wp, &
+                             trim(text))
+         end do
+         if (allocated(error)) return
+      end do
+   end subroutine near_equilibria
+
+   !> Members with a setting that tops do not know are run singly; those with other limits and tolerances, too.
+   subroutine varied_settings(error)
+      type(error_type), allocatable, intent(out) :: error
+      call compare('integrator.series_order', '12', '20')
+      call compare('integrator.max_step', '0.01', '0.1')
+      call compare('integrator.local_tolerance', '1e-6', '1e-4')
+
+   contains
+
+      !> The rows of the second member, and of a sweep that has its value in the scene.
+      subroutine compare(key, low, high)
+         character(len=*), intent(in) :: key, low, high
+         class(scene_t), allocatable :: scene
+         type(member_t) :: member
+         type(row_layout_t) :: layout
+         type(state_t) :: state
+         type(status_t) :: status
+         character(len=:), allocatable :: message
+         integer(long), allocatable :: fields(:, :)
+         integer(int64) :: seed
+         if (allocated(error)) return
+         seed = 602214_int64
+         allocate (scene)
+         call parse_scene(random_top(seed, 1e-7_wp)//' &ensemble members = 2 / &vary key = "'//key// &
+                          '", distribution = "grid", low = '//low//', high = '//high//', points = 2 /', 'varied.nml', &
+                          scene, status, message)
+         if (.not. status%ok()) then
+            call test_failed(error, message)
+            return
+         end if
+         call make_layout(scene, layout, status)
+         call run_members(scene, layout, 2_long, 2_long, fields, status)
+         call member%prepare(scene)
+         call member%set_values(scene%ensemble, 2_long, status)
+         state = member%scene%initial
+         call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
+         call check_close(error, real_of(fields(layout%values + 2:layout%values + 5, 1)), state%q, 0.0_wp, key)
+      end subroutine compare
+
+   end subroutine varied_settings
 
    subroutine rows_are_alone(error)
       type(error_type), allocatable, intent(out) :: error

@@ -1,7 +1,7 @@
 !> Steps of tops in SIMD lanes with AVX2: CMakeLists.txt compiles this file for processors that have it. Results are
 !> bitwise identical to those of `nutate_top_sse2`.
 module nutate_top_avx2
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, eps
    use nutate_power_series, only: highest_order, inverses
    use nutate_top_lanes, only: lane_count, top_lanes_t
    implicit none

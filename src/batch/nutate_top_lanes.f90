@@ -14,12 +14,15 @@ module nutate_top_lanes
 
    public :: lane_count, top_t, top_lanes_t, put_top
 
-   !> Lanes, one register of AVX2: several would not leave room for nine sums.
+   !> Number of SIMD lanes, one register of AVX2: with two, the nine sums would not stay in registers.
    integer, parameter :: lane_count = 4
-   !> Largest rotation of a step, rad, below π: a step must tell it from its opposite.
+   !> Largest rotation of a step, rad, below π, where q and -q could not be told apart.
    real(wp), parameter :: largest_turn = 3.0_wp
    !> First unit of time over the longest step.
    real(wp), parameter :: first_unit = 0.125_wp
+
+   !> Least square of the angular velocity across e over that of the largest angular velocity.
+   real(wp), parameter :: least_ratio = 1e-32_wp
 
    !> A top before and after its run.
    type :: top_t
@@ -31,7 +34,8 @@ module nutate_top_lanes
       real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> Time and end time, s.
       real(wp) :: t = 0.0_wp, end_time = 0.0_wp
-      !> Largest departures from the first energy, J, and momentum along e, N m s, at the ends of steps.
+      !> Largest departures from the energy, J, and the momentum along e, N m s, of the initial state, at the ends of
+      !> steps.
       real(wp) :: energy_error = 0.0_wp, momentum_error = 0.0_wp
       !> Steps.
       integer(long) :: steps = 0
@@ -45,9 +49,12 @@ module nutate_top_lanes
       !> (lane, 3, 2).
       real(wp) :: moments(lane_count, 3), inverse(lane_count, 3), euler(lane_count, 3), moment(lane_count, 3), &
          push(lane_count, 3, 2)
-      !> Energy and momentum along e at the start, J and N m s; largest departures from them; 1/|L| of the start, or
-      !> of the smallest momentum that matters.
+      !> Energy and momentum along e of the initial state, J and N m s; largest departures from them; 1 over the size of
+      !> L, which is |L| of the initial state or √(|m|J).
       real(wp), dimension(lane_count) :: energy, along, energy_error, momentum_error, per_momentum
+      !> |m|, J; least square of the angular velocity across e, rad²/s², by which moves are divided; number of
+      !> corrections that would have been too long.
+      real(wp), dimension(lane_count) :: potential, least_square, failures
       !> Unit of time and remaining time, s, signed; longest step, s; step in units of time.
       real(wp), dimension(lane_count) :: unit, left, longest, step
       !> Squares of the last term, and of the one before, as angles.
@@ -86,6 +93,9 @@ contains
       self%momentum_error(lane) = 0.0_wp
       self%per_momentum(lane) = 1/max(norm2(momentum), sqrt(size*minval(top%moments)))
       self%longest(lane) = largest_turn*sqrt(0.5_wp*minval(top%moments)/(energy + 2*size))
+      self%potential(lane) = size
+      self%least_square(lane) = least_ratio/self%longest(lane)**2
+      self%failures(lane) = 0.0_wp
       self%left(lane) = top%end_time - top%t
       self%unit(lane) = sign(first_unit*self%longest(lane), self%left(lane))
       self%q(lane, :) = top%q

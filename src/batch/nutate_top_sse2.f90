@@ -1,6 +1,6 @@
 !> Steps of tops in SIMD lanes with the vector instructions that every processor of the target has.
 module nutate_top_sse2
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, eps
    use nutate_power_series, only: highest_order, inverses
    use nutate_top_lanes, only: lane_count, top_lanes_t
    implicit none

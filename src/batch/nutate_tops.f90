@@ -2,10 +2,10 @@
 !>
 !>     call tops%begin(tolerance)
 !>     do while (tops%running > 0)
-!>        call tops%take_steps(1000)
+!>        call tops%perform_steps(1000)
 !>     end do
 !>
-!> A lane whose top arrives gets the next one. What becomes of a top does not depend on the others.
+!> A lane whose top arrives gets the next one. Results do not depend on the other tops.
 module nutate_tops
    use, intrinsic :: iso_c_binding, only: c_intptr_t, c_loc
    use nutate_kinds, only: wp, eps, long
@@ -24,7 +24,9 @@ module nutate_tops
    !> Departure from the invariants that is round-off, over the energy or momentum that they consist of.
    real(wp), parameter :: round_off = 64*eps
 
-   !> Least cosine of half the rotation of a step: that of the largest one, and some room.
+   !> Longest correction of L over its size, in tolerances. Longer ones occur where the energy hardly depends on L.
+   real(wp), parameter :: usual_move = 10.0_wp
+   !> Least cosine of half the rotation of a step, somewhat below that of the largest rotation.
    real(wp), parameter :: least_cosine = 0.06_wp
 
    !> Tops and their run.
@@ -33,7 +35,7 @@ module nutate_tops
       type(top_t), allocatable :: tops(:)
       !> Number of tops under way.
       integer :: running = 0
-      !> Steps that a top may have.
+      !> Limit of steps of a top.
       integer(long) :: max_steps = huge(1_long)
       type(top_lanes_t), private :: lanes
       !> Top in each lane, or 0; next top; order of the series; corrections of energy and momentum in a step.
@@ -47,8 +49,8 @@ module nutate_tops
    contains
       !> Prepares the runs.
       procedure :: begin
-      !> Takes some steps with each lane.
-      procedure :: take_steps
+      !> Performs some steps of each lane.
+      procedure :: perform_steps
    end type tops_t
 
 contains
@@ -62,7 +64,7 @@ contains
       self%tolerance = max(tolerance, 0.5_wp*eps)
       self%order = nint(extra_order - order_per_digit*exponent(self%tolerance))
       self%order = min(max(self%order, least_order), highest_order)
-      ! Each squares the error, of which 1e-20 is enough.
+      ! Each correction squares the error; 1e-20 is sufficient.
       self%corrections = merge(1, merge(2, 4, self%tolerance < 1e-6_wp), self%tolerance < 1e-11_wp)
       self%avx2 = has_avx2()
       self%first = aligned_index(self%series)
@@ -83,7 +85,7 @@ contains
       i = 1 + int(modulo(-(address/bytes), int(lane_count, c_intptr_t)))
    end function aligned_index
 
-   !> Puts the next top into a lane; if there is none, the first once more, which then runs in vain.
+   !> Puts the next top into a lane. Without one the lane repeats the first top, whose second result is discarded.
    subroutine fill_lane(self, lane)
       class(tops_t), intent(inout) :: self
       integer, intent(in) :: lane
@@ -96,30 +98,34 @@ contains
       call put_top(self%lanes, lane, self%tops(max(self%who(lane), 1)))
    end subroutine fill_lane
 
-   !> Takes some steps with each lane, fewer if all tops arrive.
-   subroutine take_steps(self, steps)
+   !> Performs some steps of each lane, fewer if all tops arrive.
+   subroutine perform_steps(self, steps)
       class(tops_t), intent(inout) :: self
       integer, intent(in) :: steps
+      real(wp) :: longest_move
       integer :: lane, n
+      longest_move = usual_move*self%tolerance + round_off
       do n = 1, steps
          if (self%running == 0) return
          if (self%avx2) then
             call expand_by_avx2(self%lanes, self%order, self%series(self%first))
             call choose_steps(self)
-            call move_by_avx2(self%lanes, self%order, self%corrections, self%series(self%first))
+            call move_by_avx2(self%lanes, self%order, self%corrections, longest_move, &
+                              self%series(self%first))
          else
             call expand_by_sse2(self%lanes, self%order, self%series(self%first))
             call choose_steps(self)
-            call move_by_sse2(self%lanes, self%order, self%corrections, self%series(self%first))
+            call move_by_sse2(self%lanes, self%order, self%corrections, longest_move, &
+                              self%series(self%first))
          end if
          do lane = 1, lane_count
             call note_step(self, lane)
          end do
       end do
-   end subroutine take_steps
+   end subroutine perform_steps
 
    !> Chooses the steps by the last two terms (À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99), and so that
-   !> none leads beyond the end.
+   !> no step leads beyond the end.
    pure subroutine choose_steps(self)
       class(tops_t), intent(inout) :: self
       real(wp) :: allowed
@@ -156,7 +162,7 @@ contains
       end associate
    end subroutine note_step
 
-   !> Keeps the end of a run, which has arrived if it has kept the invariants.
+   !> Keeps the end of a run. The top has arrived if it has kept the invariants, and each step its attitude.
    pure subroutine keep_end(lanes, lane, top)
       type(top_lanes_t), intent(in) :: lanes
       integer, intent(in) :: lane
@@ -167,10 +173,11 @@ contains
       top%t = top%end_time
       top%energy_error = lanes%energy_error(lane)
       top%momentum_error = lanes%momentum_error(lane)
-      momentum = norm2(top%moments*top%omega)
+      momentum = max(norm2(top%moments*top%omega), 1/lanes%per_momentum(lane))
       energy = 0.5_wp*sum(top%moments*top%omega**2) + norm2(top%moment)
-      top%arrived = lanes%cosine(lane) >= least_cosine .and. top%energy_error <= round_off*energy .and. &
-                    top%momentum_error <= round_off*max(momentum, 1/lanes%per_momentum(lane))
+      top%arrived = lanes%cosine(lane) >= least_cosine .and. lanes%failures(lane) < 0.5_wp .and. &
+                    top%energy_error <= round_off*energy .and. top%momentum_error <= round_off*momentum .and. &
+                    all(abs([top%q, top%omega]) <= huge(1.0_wp))
    end subroutine keep_end
 
 end module nutate_tops

@@ -1,6 +1,6 @@
 !> Runs one member of an ensemble with its whole history, as `nutate run` would write it. The row is bitwise identical
-!> to that of the ensemble; that of a top, which the ensemble runs with others, agrees with the history to its
-!> tolerance.
+!> to that of the ensemble; that of a top, which the ensemble runs with others, differs from the history by the error of
+!> the integration.
 module nutate_member_history
    use nutate_event_history, only: event_history_t, events_name
    use nutate_history, only: history_t

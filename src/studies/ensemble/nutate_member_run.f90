@@ -1,4 +1,5 @@
-!> Runs members of an ensemble, one after the other, each to its row. A row depends on scene, seed and member alone.
+!> Runs members of an ensemble, tops several at a time, and fills their rows. A row depends on scene, seed and member
+!> alone.
 module nutate_member_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_columns, only: columns_t
@@ -23,6 +24,8 @@ module nutate_member_run
 
    public :: member_run_t
 
+   !> Largest local tolerance of tops that are run together, rad: beyond it their series are of low orders.
+   real(wp), parameter :: loosest = 1e-3_wp
    !> Steps of tops between two polls: some milliseconds.
    integer, parameter :: steps_between_polls = 1024
 
@@ -154,8 +157,9 @@ contains
          call begin_row(self, scene, first + i - 1, fields(:, i), status)
          is_top = status%ok()
          associate (one => self%member%scene, top => tops%tops(n + 1))
-            if (is_top) is_top = one%plan%goal%local_tolerance >= scene%plan%goal%local_tolerance .and. &
-                                 one%plan%goal%local_tolerance <= scene%plan%goal%local_tolerance
+            if (is_top) is_top = may_be_tops(one, self%watcher%columns) .and. &
+                                 one%plan%max_steps == scene%plan%max_steps .and. &
+                                 abs(one%plan%goal%local_tolerance - scene%plan%goal%local_tolerance) <= 0.0_wp
             if (is_top) call find_top(one%system, one%initial, top, is_top)
             if (is_top) top%end_time = one%plan%end_time
          end associate
@@ -168,7 +172,7 @@ contains
       tops%max_steps = scene%plan%max_steps
       call tops%begin(scene%plan%goal%local_tolerance)
       do while (tops%running > 0)
-         call tops%take_steps(steps_between_polls)
+         call tops%perform_steps(steps_between_polls)
          call self%watcher%poll(0.0_wp, status)
          if (.not. status%ok()) return
       end do
@@ -180,14 +184,15 @@ contains
 
    !> Returns true if nothing but the states at the ends of runs by Taylor series with a `local_tolerance` is asked for.
    logical function may_be_tops(scene, columns)
-      !> Scene of an ensemble.
+      !> Scene of an ensemble, or of a member.
       type(scene_t), intent(in) :: scene
       !> Columns of its rows.
       type(columns_t), intent(in) :: columns
       associate (settings => scene%integrator, goal => scene%plan%goal)
          may_be_tops = settings%method == 'taylor' .and. settings%conserve .and. settings%attitude .and. &
                        settings%series_order == 0 .and. settings%max_step >= huge(1.0_wp) .and. &
-                       goal%local_tolerance > 0.0_wp .and. goal%accuracy <= 0.0_wp .and. goal%error_rate <= 0.0_wp
+                       goal%local_tolerance > 0.0_wp .and. goal%local_tolerance <= loosest .and. &
+                       goal%accuracy <= 0.0_wp .and. goal%error_rate <= 0.0_wp
       end associate
       may_be_tops = may_be_tops .and. scene%events%count() == 0 .and. scene%chaos%exponents == 0 .and. &
                     .not. (columns%follows_steps .or. columns%shows_commands .or. columns%differentiates)
