@@ -3,7 +3,8 @@ program bench_ensemble
    use, intrinsic :: iso_fortran_env, only: int64
    use, intrinsic :: iso_c_binding, only: c_double
    use nutate, only: parse_scene, scene_t, status_t, wp
-   use nutate_member_rows, only: fill_rows, has_threads
+   use nutate_forks, only: has_threads
+   use nutate_member_rows, only: fill_rows
    use nutate_npy, only: npy_header
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_sweep_csv, only: write_csv
