@@ -33,6 +33,18 @@ contains
                   new_unittest("a limit of steps is that of a single run", limits)]
    end procedure collect_tops
 
+   !> Reads a scene with an ensemble.
+   subroutine read_text(text, scene, error)
+      character(len=*), intent(in) :: text
+      class(scene_t), allocatable, intent(out) :: scene
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      allocate (scene)
+      call parse_scene(text, 'tops.nml', scene, status, message)
+      if (.not. status%ok()) call test_failed(error, message)
+   end subroutine read_text
+
    !> Reads a scene, all members of which start with another angular velocity.
    subroutine read_tops(text, scene, error, size)
       character(len=*), intent(in) :: text
@@ -40,17 +52,42 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       !> Largest of these velocities, rad/s; default 2.5.
       real(wp), intent(in), optional :: size
-      type(status_t) :: status
-      character(len=:), allocatable :: message
       character(len=24) :: high
       high = '2.5'
       if (present(size)) write (high, '(es24.16)') size
-      allocate (scene)
-      call parse_scene(text//' &ensemble members = 9 / &vary key = "initial.angular_velocity.1", distribution = &
-         &"grid", low = -'//trim(adjustl(high))//', high = '//high//', points = 9 /', 'tops.nml', scene, status, &
-                       message)
-      if (.not. status%ok()) call test_failed(error, message)
+      call read_text(text//' &ensemble members = 9 / &vary key = "initial.angular_velocity.1", distribution = "grid", &
+         &low = -'//trim(adjustl(high))//', high = '//high//', points = 9 /', scene, error)
    end subroutine read_tops
+
+   !> Compares rows of a sweep with the ends of single runs, and their invariants with round-off.
+   subroutine compare_rows(scene, first, last, tolerance, label, error)
+      class(scene_t), intent(in) :: scene
+      integer, intent(in) :: first, last
+      !> Largest difference of a component of q.
+      real(wp), intent(in) :: tolerance
+      character(len=*), intent(in) :: label
+      type(error_type), allocatable, intent(inout) :: error
+      type(member_t) :: member
+      type(row_layout_t) :: layout
+      type(state_t) :: state
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :)
+      integer(long) :: k
+      call make_layout(scene, layout, status)
+      call run_members(scene, layout, int(first, long), int(last, long), fields, status)
+      call member%prepare(scene)
+      do k = first, last
+         call member%set_values(scene%ensemble, k, status)
+         state = member%scene%initial
+         call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
+         call check(error, status%ok(), trim(status%message))
+         associate (row => fields(:, k - first + 1), at => layout%values, end => layout%columns)
+            call check_close(error, real_of(row(at + 1)), state%t, 0.0_wp, label//', time')
+            call check_close(error, real_of(row(at + 2:at + 5)), state%q, tolerance, label//', attitude')
+            call check_below(error, maxval(real_of(row(end + 1:end + 2))), 64*eps, label//', invariants')
+         end associate
+      end do
+   end subroutine compare_rows
 
    !> Returns a random top: any body and direction, forward and backward.
    function random_top(seed, tolerance) result(text)
@@ -143,33 +180,12 @@ contains
    subroutine rows_by_single_runs(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene
-      type(member_t) :: member
-      type(row_layout_t) :: layout
-      type(state_t) :: state
-      type(status_t) :: status
-      integer(long), allocatable :: fields(:, :)
       integer(int64) :: seed
-      integer :: number, i
+      integer :: number
       seed = 314159_int64
       do number = 1, 40
          call read_tops(random_top(seed, 1e-11_wp), scene, error)
-         if (allocated(error)) return
-         if (.not. in_turn(number)) cycle
-         call make_layout(scene, layout, status)
-         call run_members(scene, layout, 1_long, int(n, long), fields, status)
-         call member%prepare(scene)
-         do i = 1, n
-            call member%set_values(scene%ensemble, int(i, long), status)
-            state = member%scene%initial
-            call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
-            call check(error, status%ok(), trim(status%message))
-            associate (at => layout%values, last => layout%columns)
-               call check_close(error, real_of(fields(at + 1, i)), state%t, 0.0_wp, 'time')
-               call check_close(error, real_of(fields(at + 2:at + 5, i)), state%q, 2e-8_wp, 'attitude')
-               call check_below(error, maxval(real_of(fields(last + 1:last + 2, i))), 64*eps, 'invariants')
-            end associate
-         end do
-         if (allocated(error)) return
+         if (.not. allocated(error) .and. in_turn(number)) call compare_rows(scene, 1, n, 2e-8_wp, 'random top', error)
       end do
    end subroutine rows_by_single_runs
 
@@ -178,15 +194,10 @@ contains
    subroutine near_equilibria(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene
-      type(member_t) :: member
-      type(row_layout_t) :: layout
-      type(state_t) :: state
-      type(status_t) :: status
-      integer(long), allocatable :: fields(:, :)
       character(len=400) :: text
       integer(int64) :: seed
       real(wp) :: spin
-      integer :: number, i
+      integer :: number
       seed = 662607_int64
       do number = 1, 36
          spin = merge(10.0_wp, 0.0_wp, modulo(number, 3) == 0)
@@ -198,19 +209,7 @@ contains
             " / &integrator method = 'taylor', local_tolerance = 1e-12, end_time = 4 /"
          call read_tops(trim(text)//' ', scene, error, 10.0_wp**(-number/3))
          if (allocated(error)) return
-         if (.not. in_turn(number)) cycle
-         call make_layout(scene, layout, status)
-         call run_members(scene, layout, 1_long, int(n, long), fields, status)
-         call member%prepare(scene)
-         do i = 1, n
-            call member%set_values(scene%ensemble, int(i, long), status)
-            state = member%scene%initial
-            call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
-            call check(error, status%ok(), trim(status%message))
-            call check_close(error, real_of(fields(layout%values + 2:layout%values + 5, i)), state%q, 1e-10_wp, &
-                             trim(text))
-         end do
-         if (allocated(error)) return
+         if (in_turn(number)) call compare_rows(scene, 1, n, 1e-10_wp, trim(text), error)
       end do
    end subroutine near_equilibria
 
@@ -223,34 +222,16 @@ contains
 
    contains
 
-      !> The rows of the second member, and of a sweep that has its value in the scene.
+      !> Compares the second member.
       subroutine compare(key, low, high)
          character(len=*), intent(in) :: key, low, high
          class(scene_t), allocatable :: scene
-         type(member_t) :: member
-         type(row_layout_t) :: layout
-         type(state_t) :: state
-         type(status_t) :: status
-         character(len=:), allocatable :: message
-         integer(long), allocatable :: fields(:, :)
          integer(int64) :: seed
-         if (allocated(error)) return
          seed = 602214_int64
-         allocate (scene)
-         call parse_scene(random_top(seed, 1e-7_wp)//' &ensemble members = 2 / &vary key = "'//key// &
-                          '", distribution = "grid", low = '//low//', high = '//high//', points = 2 /', 'varied.nml', &
-                          scene, status, message)
-         if (.not. status%ok()) then
-            call test_failed(error, message)
-            return
-         end if
-         call make_layout(scene, layout, status)
-         call run_members(scene, layout, 2_long, 2_long, fields, status)
-         call member%prepare(scene)
-         call member%set_values(scene%ensemble, 2_long, status)
-         state = member%scene%initial
-         call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
-         call check_close(error, real_of(fields(layout%values + 2:layout%values + 5, 1)), state%q, 0.0_wp, key)
+         if (.not. allocated(error)) call read_text( &
+            random_top(seed, 1e-7_wp)//' &ensemble members = 2 / &vary key = "'//key//'", distribution = "grid", '// &
+            'low = '//low//', high = '//high//', points = 2 /', scene, error)
+         if (.not. allocated(error)) call compare_rows(scene, 2, 2, 0.0_wp, key, error)
       end subroutine compare
 
    end subroutine varied_settings
@@ -293,28 +274,10 @@ contains
       subroutine compare(text)
          character(len=*), intent(in) :: text
          class(scene_t), allocatable :: scene
-         type(member_t) :: member
-         type(row_layout_t) :: layout
-         type(state_t) :: state
-         type(status_t) :: status
-         character(len=:), allocatable :: message
-         integer(long), allocatable :: fields(:, :)
-         if (allocated(error)) return
-         allocate (scene)
-         call parse_scene(text//'&ensemble members = 2 / &vary key = "body.mass", distribution = "grid", low = 1, &
-            &high = 2, points = 2 /', 'others.nml', scene, status, message)
-         if (.not. status%ok()) then
-            call test_failed(error, message)
-            return
-         end if
-         call make_layout(scene, layout, status)
-         call run_members(scene, layout, 1_long, 1_long, fields, status)
-         call member%prepare(scene)
-         call member%set_values(scene%ensemble, 1_long, status)
-         state = member%scene%initial
-         call integrate(member%scene%system, member%scene%integrator, state, member%scene%plan, status)
-         call check(error, status%ok(), trim(status%message))
-         call check_close(error, real_of(fields(layout%values + 2:layout%values + 5, 1)), state%q, 0.0_wp, text)
+         if (.not. allocated(error)) call read_text( &
+            text//'&ensemble members = 2 / &vary key = "body.mass", distribution = "grid", low = 1, high = 2, '// &
+            'points = 2 /', scene, error)
+         if (.not. allocated(error)) call compare_rows(scene, 1, 1, 0.0_wp, text, error)
       end subroutine compare
 
    end subroutine others_are_single

@@ -20,7 +20,6 @@ module nutate_top_lanes
    real(wp), parameter :: largest_turn = 3.0_wp
    !> First unit of time over the longest step.
    real(wp), parameter :: first_unit = 0.125_wp
-
    !> Least square of the angular velocity across e over that of the largest angular velocity.
    real(wp), parameter :: least_ratio = 1e-32_wp
 

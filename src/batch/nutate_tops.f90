@@ -23,9 +23,8 @@ module nutate_tops
    real(wp), parameter :: order_per_digit = 0.4_wp, extra_order = 5.0_wp
    !> Departure from the invariants that is round-off, over the energy or momentum that they consist of.
    real(wp), parameter :: round_off = 64*eps
-
    !> Longest correction of L over its size, in tolerances. Longer ones occur where the energy hardly depends on L.
-   real(wp), parameter :: usual_move = 10.0_wp
+   real(wp), parameter :: moved_tolerances = 10.0_wp
    !> Least cosine of half the rotation of a step, somewhat below that of the largest rotation.
    real(wp), parameter :: least_cosine = 0.06_wp
 
@@ -104,19 +103,17 @@ contains
       integer, intent(in) :: steps
       real(wp) :: longest_move
       integer :: lane, n
-      longest_move = usual_move*self%tolerance + round_off
+      longest_move = moved_tolerances*self%tolerance + round_off
       do n = 1, steps
          if (self%running == 0) return
          if (self%avx2) then
             call expand_by_avx2(self%lanes, self%order, self%series(self%first))
             call choose_steps(self)
-            call move_by_avx2(self%lanes, self%order, self%corrections, longest_move, &
-                              self%series(self%first))
+            call move_by_avx2(self%lanes, self%order, self%corrections, longest_move, self%series(self%first))
          else
             call expand_by_sse2(self%lanes, self%order, self%series(self%first))
             call choose_steps(self)
-            call move_by_sse2(self%lanes, self%order, self%corrections, longest_move, &
-                              self%series(self%first))
+            call move_by_sse2(self%lanes, self%order, self%corrections, longest_move, self%series(self%first))
          end if
          do lane = 1, lane_count
             call note_step(self, lane)

@@ -10,7 +10,7 @@ module nutate_attitude
    implicit none
    private
 
-   public :: quat_from_matrix
+   public :: quat_from_matrix, quat_to_third_axis
    public :: quat_from_axis_angle, axis_angle_from_quat
    public :: quat_from_rotation_vector, rotation_vector_from_quat
    public :: quat_from_euler, euler_from_quat, euler_of_motion, follow_euler, unwrap_angle
@@ -48,6 +48,16 @@ contains
       q = quat_normalized(q)
       if (q(1) < 0) q = -q
    end function quat_from_matrix
+
+   !> Returns the unit quaternion of the shortest rotation from a direction to the third axis, or to its opposite if
+   !> that is nearer: the angle is 90° at most.
+   pure function quat_to_third_axis(n) result(q)
+      !> Unit vector. Shape: (3).
+      real(wp), intent(in) :: n(3)
+      real(wp) :: q(4)
+      q = [1 + abs(n(3)), sign(1.0_wp, n(3))*n(2), -sign(1.0_wp, n(3))*n(1), 0.0_wp]
+      q = q/norm2(q)
+   end function quat_to_third_axis
 
    !> Returns the unit quaternion of the rotation by an angle about an axis: `[cos(angle/2), n sin(angle/2)]`.
    !>

@@ -18,6 +18,7 @@
 !>   the axis, at `(1/J₁ - 1/J₃')L₃`, change equally fast.
 !> * **Rotating space axes**, at ω: q' = q∘w - φ∘q with φ = ½Δtω.
 module nutate_specialised_motion
+   use nutate_attitude, only: quat_to_third_axis
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
@@ -114,7 +115,7 @@ contains
          if (.not. self%free) self%first = first_axis(effects, system%body%moments)
          self%moments = from_axis(system%body%moments, self%first - 1)
          self%space = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-         if (self%single) self%space = to_third(from_axis(axis, self%first - 1))
+         if (self%single) self%space = quat_to_third_axis(from_axis(axis, self%first - 1))
          self%rotated = any(abs(self%space(2:4)) > 0.0_wp)
          self%frame_rate = rotate_to_space(self%space, from_axis(effects%frame_rate, self%first - 1))
          if (allocated(self%rates)) deallocate (self%rates)
@@ -179,15 +180,6 @@ contains
       real(wp), intent(in) :: x, y
       equal = .not. abs(x - y) > 0.0_wp
    end function equal
-
-   !> Returns the shortest rotation from a unit vector to the third axis, or to its opposite if that is nearer: the
-   !> torque then gets the sign.
-   pure function to_third(n) result(q)
-      real(wp), intent(in) :: n(3)
-      real(wp) :: q(4)
-      q = [1 + abs(n(3)), sign(1.0_wp, n(3))*n(2), -sign(1.0_wp, n(3))*n(1), 0.0_wp]
-      q = q/norm2(q)
-   end function to_third
 
    !> Sums Σ m nᵀ into the torques: those of all directions along n, or each of three axes; a top may be symmetric then.
    pure subroutine add_torques(self, effects, axis)

@@ -1,6 +1,6 @@
 !> Members of an ensemble that are tops, which `nutate_tops` runs several at a time: which ones, and their states.
 module nutate_member_tops
-   use nutate_attitude, only: quat_from_matrix
+   use nutate_attitude, only: quat_from_matrix, quat_to_third_axis
    use nutate_axial_frame, only: axial_frame_t
    use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp
@@ -40,9 +40,10 @@ contains
             length = norm2(potential%direction)
             if (.not. length > 0.0_wp) return
             top%moments = body%moments
-            top%moment = length*matmul(potential%moment, body%axes)
+            ! e is along the direction or opposite to it.
+            top%moment = sign(length, potential%direction(3))*matmul(potential%moment, body%axes)
             top%omega = matmul(angular_velocity(system, start), body%axes)
-            top%q = quat_product(quat_conjugate(axes_of(potential%direction/length)), &
+            top%q = quat_product(quat_to_third_axis(potential%direction/length), &
                                  quat_product(start%q, quat_from_matrix(body%axes)))
             top%q = top%q/norm2(top%q)
             energy = norm2(top%moment) + dot_product(top%moments, top%omega**2)
@@ -52,17 +53,6 @@ contains
       top%t = start%t
    end subroutine find_top
 
-   !> Returns the attitude of axes whose third one is a unit vector, space axes.
-   pure function axes_of(direction) result(q)
-      real(wp), intent(in) :: direction(3)
-      real(wp) :: q(4)
-      ! The shortest rotation from the nearer one of e₃ and -e₃.
-      q = [1 + abs(direction(3)), -direction(2), direction(1), 0.0_wp]
-      if (direction(3) < 0.0_wp) q(2:3) = -q(2:3)
-      q = q/norm2(q)
-      if (direction(3) < 0.0_wp) q = quat_product(q, [0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp])
-   end function axes_of
-
    !> Returns the state of a member after the run of its top.
    type(state_t) function state_of_top(system, top) result(state)
       !> System of the member.
@@ -70,7 +60,7 @@ contains
       type(top_t), intent(in) :: top
       real(wp) :: direction(3), q(4)
       direction = system%effects%potentials(1)%item%direction
-      q = quat_product(axes_of(direction/norm2(direction)), &
+      q = quat_product(quat_conjugate(quat_to_third_axis(direction/norm2(direction))), &
                        quat_product(top%q, quat_conjugate(quat_from_matrix(system%body%axes))))
       state = make_state(system, q/norm2(q), matmul(system%body%axes, top%omega), top%t)
    end function state_of_top
