@@ -12,7 +12,7 @@ module nutate_motion_series
    use nutate_rows_sse2, only: expand_sse2 => expand_rows, multiply_sse2 => multiply_last, sum_sse2 => sum_rows, &
       top_sse2 => expand_axial_top, free_sse2 => expand_free, four_sse2 => sum_four
    use nutate_series_sum, only: length_of, rotation_between
-   use nutate_series_tail, only: largest_part, most_parts, series_tail_t
+   use nutate_series_tail, only: add_products, most_parts, series_tail_t
    use nutate_simd, only: has_avx2
    use nutate_system, only: inverse_inertia_at, system_t
    implicit none
@@ -39,6 +39,9 @@ module nutate_motion_series
       logical, private :: avx2 = .false.
       !> L at the start, N m s, and diagonal moments over the unit of time, shape (3); 1 over the |L| of errors.
       real(wp) :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp, scale = 0.0_wp
+      !> Largest principal moment, kg m², if torques or wheels do work: no energy then holds the momentum along an axis
+      !> whose moment is small, and errors of Ω are held to the tolerance, too; else 0.
+      real(wp), private :: largest_moment = 0.0_wp
       !> Ω times the unit of time, and the angle about L, rad, of a body without torques; shape (4, 0:highest_order).
       real(wp), private :: free(4, 0:highest_order) = 0.0_wp
       !> The rows at the start, and of a free body only the second: L/|L|; shape (3,3).
@@ -86,6 +89,8 @@ contains
       self%asks_no_effect = (self%torques%is_simple .or. .not. self%torques%has_more) .and. &
                             .not. (self%torques%varies .or. self%frame_turns .or. self%axial%axis > 0)
       if (allocated(self%wheels) .and. self%asks_no_effect) self%asks_no_effect = self%wheels%asks_no_effect
+      self%largest_moment = 0.0_wp
+      if (self%torques%n_lanes > 0 .or. allocated(self%wheels)) self%largest_moment = maxval(system%body%moments)
       self%by_rotation = self%best == ROWS .and. self%asks_no_effect .and. self%torques%n_moments == 0
       if (self%by_rotation) self%best = NO_ROWS
    end subroutine prepare
@@ -330,7 +335,8 @@ contains
       end select
    end function largest_turn
 
-   !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² or |2c|² in the place of the rows.
+   !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² or |2c|² in the place of the rows, and
+   !> |Ω|² over that at the start if torques do work.
    pure subroutine fit_tail(self)
       class(motion_series_t), intent(inout) :: self
       real(wp) :: x(most_parts, 4), squares(4), next(3), second(2), largest
@@ -359,15 +365,30 @@ contains
       end if
       if (self%axial%axis > 0 .and. self%equations /= AXIAL_TOP) then
          x(1, :) = self%angle(self%order:self%order - 3:-1)
-         largest = max(largest, maxval(abs(x(1, :))))
-         if (largest < largest_part) then
-            squares = squares + x(1, :)*x(1, :)
-            next = next + x(1, 1:3)*x(1, 2:4)
-            second = second + x(1, 1:2)*x(1, 3:4)
-         end if
+         call add_products(1, x, squares, next, second, largest)
+      else if (self%largest_moment > 0.0_wp) then
+         call get_rates(self, x)
+         call add_products(3, x, squares, next, second, largest)
       end if
       call self%tail%fit_products(squares, next, second, largest)
    end subroutine fit_tail
+
+   !> Returns the last four coefficients of Ω, the last one first, over the largest of the first ones, or over |L| by the
+   !> largest moment if that is more: wheels may hold most of L.
+   pure subroutine get_rates(self, x)
+      class(motion_series_t), intent(in) :: self
+      !> Shape (most_parts, 4).
+      real(wp), intent(out) :: x(most_parts, 4)
+      real(wp) :: size
+      integer :: m
+      size = maxval(abs(self%omega(:, 0:2)))
+      if (self%scale > tiny(1.0_wp)) size = max(size, abs(self%time_unit)/(self%scale*self%largest_moment))
+      x = 0.0_wp
+      if (.not. size > tiny(1.0_wp)) return
+      do m = 1, 4
+         x(1:3, m) = self%omega(:, self%order + 1 - m)/size
+      end do
+   end subroutine get_rates
 
    !> Returns |Lₖ|², (N m s)².
    pure real(wp) function momentum_square(self, k) result(square)

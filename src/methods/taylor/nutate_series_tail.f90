@@ -18,7 +18,7 @@ module nutate_series_tail
    implicit none
    private
 
-   public :: series_tail_t, most_parts, largest_part
+   public :: series_tail_t, add_products, most_parts, largest_part
    public :: least_denominator, largest_rest, same_direction, least, largest
 
    !> Largest number of components of a coefficient whose products are computed here: L and an angle.
@@ -77,20 +77,30 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: x(most_parts, 4)
       real(wp) :: squares(4), next(3), second(2), largest
-      integer :: i
       squares = 0.0_wp
       next = 0.0_wp
       second = 0.0_wp
-      largest = maxval(abs(x(1:n, :)))
-      if (largest < largest_part) then
-         do i = 1, n
-            squares = squares + x(i, :)*x(i, :)
-            next = next + x(i, 1:3)*x(i, 2:4)
-            second = second + x(i, 1:2)*x(i, 3:4)
-         end do
-      end if
+      largest = 0.0_wp
+      call add_products(n, x, squares, next, second, largest)
       call self%fit_products(squares, next, second, largest)
    end subroutine fit
+
+   !> Adds the scalar products of further components of the last four coefficients.
+   pure subroutine add_products(n, x, squares, next, second, largest)
+      !> Components of a coefficient, and coefficients, the last one first; shape (most_parts, 4).
+      integer, intent(in) :: n
+      real(wp), intent(in) :: x(most_parts, 4)
+      !> Products as in `fit_products`; largest component.
+      real(wp), intent(inout) :: squares(4), next(3), second(2), largest
+      integer :: i
+      largest = max(largest, maxval(abs(x(1:n, :))))
+      if (.not. largest < largest_part) return
+      do i = 1, n
+         squares = squares + x(i, :)*x(i, :)
+         next = next + x(i, 1:3)*x(i, 2:4)
+         second = second + x(i, 1:2)*x(i, 3:4)
+      end do
+   end subroutine add_products
 
    !> Fits the recurrence by the scalar products of the last four coefficients.
    pure subroutine fit_products(self, s, next, second, largest_component)
