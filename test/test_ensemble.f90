@@ -332,7 +332,7 @@ contains
          "accuracy = 1e-3 / &rotor momentum = 0, 2, 5 /", "accuracy = 1e-9 / &rotor momentum = 0, 2, 5 /", &
          "accuracy = 1e-5 / &gravity acceleration = 0, 0, -9.8 / &torque body = 0.1, 0, 0 /", &
          "accuracy = 1e-7 / &gravity acceleration = 0, 0, -9.8 /", &
-         "accuracy = 1e-6 / &rotor momentum = 0, 2, 5 /"]
+         "method = 'dop853', accuracy = 1e-6 / &rotor momentum = 0, 2, 5 /"]
       integer(long), allocatable :: once(:, :), twice(:, :)
       integer :: i
       do i = 1, size(worlds)

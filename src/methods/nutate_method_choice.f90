@@ -2,8 +2,7 @@
 !>
 !> The rules rest on the tables of docs/results/accuracy-costs.md, which `bench_choice` measures.
 module nutate_method_choice
-   use nutate_axial_frame, only: axial_frame_t
-   use nutate_effect, only: effect_t, LINEAR_SERIES, NO_SERIES
+   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_equal_steps, only: equal_steps_t
    use nutate_exact_free, only: free_body_t
@@ -23,23 +22,22 @@ module nutate_method_choice
    !> Name of a method that requests the choice.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
 
-   !> Accuracy at and below which the series is the cheapest, rad: in general; if torques alone act, whose series cost
-   !> most and save least; on long motions; and on long ones of symmetric bodies and under linear effects. From the
-   !> tables of `make bench BENCH=bench_choice`, and runs of the same scenes over up to ten times as long.
-   real(wp), parameter :: series_pays = 1e-8_wp, pays_for_torques = 1e-9_wp, pays_for_long = 1e-6_wp, &
-      pays_for_simple = 1e-3_wp
-   !> Accuracy down to which fixed steps cost less than the series on symmetric tops, rad; on other motions that suit
-   !> them, they always do.
-   real(wp), parameter :: equal_pays_on_tops = 0.99e-9_wp
+   !> Accuracy at and below which the series is the cheapest for effects that are not linear, rad: in general, and on
+   !> long motions in potentials. From `make bench BENCH=bench_choice` and random scenes.
+   real(wp), parameter :: series_pays = 1e-6_wp, pays_for_long = 1e-3_wp
+   !> Accuracy down to which fixed steps cost less than the series on motions that suit them, rad.
+   real(wp), parameter :: equal_pays = 0.99e-7_wp
    !> Rounding of times, over accuracy times duration, above which it affects the error estimates of Runge-Kutta
    !> methods.
    real(wp), parameter :: rounded = 1e-3_wp
    !> Rotation from start to end that makes a motion long, rad: the series is the cheapest at 140 to 400 rad, not at 50.
    real(wp), parameter :: long_turn = 100.0_wp
-   !> An explicit step is at most some 6 times the time in which damping stops the body; the number of steps of order 2
-   !> is about 60 over the root of the accuracy, and each costs as much as 8 explicit ones (`nutate cost`). Damping is
-   !> strong if its rate times the time of the run exceeds 6·8·60 over that root.
-   real(wp), parameter :: strong_damping = 3e3_wp
+   !> Damping is strong if its least rate times the duration exceeds the first of these over the fifth root of the
+   !> accuracy, or its largest one the second over the square root. The body then follows the other effects, or turns
+   !> about an axis without damping, and implicit steps of order 2 depend on that slow motion alone. The steps of higher
+   !> orders, and of the series if damping is `series_follows` times as strong, are limited to some 10 times the time in
+   !> which damping stops the body.
+   real(wp), parameter :: strong_on_all_axes = 4.0_wp, strong_on_one_axis = 3.0_wp, series_follows = 500.0_wp
 
    !> Accuracies below which orders 8, 6 and 4 of the implicit step cost less than lower ones, rad (`nutate cost`).
    real(wp), parameter :: order_8_pays = 1e-5_wp, order_6_pays = 1e-3_wp, order_4_pays = 1e-1_wp
@@ -121,7 +119,7 @@ contains
       type(integrator_settings_t), intent(inout) :: settings
       if (settings%order /= 0 .or. settings%method /= 'nielsen_krenk') return
       settings%order = 2
-      if (damping_is_strong(system, duration, accuracy)) return
+      if (damping_is_strong(system, duration, accuracy, 1.0_wp)) return
       if (accuracy <= order_4_pays) settings%order = 4
       if (accuracy <= order_6_pays) settings%order = 6
       if (accuracy <= order_8_pays) settings%order = 8
@@ -173,10 +171,10 @@ contains
       if (has_closed_solution(system, state)) then
          call take('exact')
          reason = 'the motion of a free body has a closed solution'
-      else if (damping_is_strong(system, duration, accuracy)) then
+      else if (damping_is_strong(system, duration, accuracy, series_follows)) then
          call take('nielsen_krenk')
          settings%formulation = 'reduced'
-         reason = 'strong damping makes explicit steps shorter than the accuracy requires'
+         reason = 'strong damping makes all other steps shorter than the accuracy requires'
       else if (without_series /= '') then
          call take('dop853')
          settings%conserve = .true.
@@ -187,9 +185,12 @@ contains
       else if (of_run .and. takes_equal_steps()) then
          call take('rk8')
          reason = 'equal steps are cheapest for short smooth motion in uniform fields'
-      else if (is_top()) then
+      else if (all_linear(system%effects)) then
          call take('taylor')
-         reason = 'the series follows the slow motion of a symmetric body under linear effects'
+         reason = 'the Taylor series costs least under linear effects'
+      else if (system%effects%depends_on_time) then
+         call take('taylor')
+         reason = 'the Taylor series costs least in potentials that move'
       else
          call choose_by_accuracy()
       end if
@@ -209,8 +210,7 @@ contains
       logical function takes_equal_steps()
          type(equal_steps_t) :: equal
          call equal%recognise(system, default_settings('rk8'), state, duration, accuracy)
-         takes_equal_steps = equal%suit .and. system%effects%n_potentials > 0
-         if (takes_equal_steps .and. accuracy < equal_pays_on_tops) takes_equal_steps = .not. is_axial()
+         takes_equal_steps = equal%suit .and. system%effects%n_potentials > 0 .and. accuracy >= equal_pays
       end function takes_equal_steps
 
       !> Chooses the series or dop853, whichever costs less for an accuracy.
@@ -218,17 +218,13 @@ contains
          real(wp) :: pays
          character(len=8) :: number
          pays = series_pays
-         if (system%effects%n_potentials + system%effects%n_rotors == 0) then
-            if (system%effects%n_torques > 0) pays = pays_for_torques
-         else if (is_long() .and. .not. system%effects%frame_turns) then
-            pays = pays_for_long
-            if (system%effects%n_potentials > 0 .and. (all_linear(system%effects) .or. is_axial())) &
-               pays = pays_for_simple
+         if (system%effects%n_potentials > 0 .and. .not. system%effects%frame_turns) then
+            if (is_long()) pays = pays_for_long
          end if
          write (number, '("1e",i0)') nint(log10(pays))
          if (accuracy <= pays) then
             call take('taylor')
-            reason = 'from '//trim(number)//' rad on the series costs least for such a motion'
+            reason = 'from '//trim(number)//' rad on the Taylor series costs least for such a motion'
          else
             call take('dop853')
             settings%conserve = .true.
@@ -247,19 +243,6 @@ contains
          settings%conserve = usual%conserve
          settings%series_order = 0
       end subroutine take
-
-      !> Returns true for a symmetric body under linear potentials and torques: gravity, dipoles, damping.
-      pure logical function is_top()
-         is_top = system%effects%n_potentials > 0 .and. system%effects%n_rotors == 0 .and. &
-                  all_linear(system%effects) .and. is_axial()
-      end function is_top
-
-      !> Returns true if body and effects are symmetric about an axis, also in rotating space axes.
-      pure logical function is_axial()
-         type(axial_frame_t) :: frame
-         call frame%recognise(system)
-         is_axial = frame%axis > 0
-      end function is_axial
 
       !> Returns true if the body rotates, or could swing under linear potentials, by more than `long_turn`.
       pure logical function is_long()
@@ -323,35 +306,51 @@ contains
       end associate
    end function has_closed_solution
 
-   !> Returns true if the rate of damping keeps explicit steps much shorter than the accuracy does.
-   pure logical function damping_is_strong(system, duration, accuracy)
+   !> Returns true if damping is strong for higher orders of the implicit step, or for the series. The series does
+   !> without the first criterion on a body that damping alone brings to rest.
+   pure logical function damping_is_strong(system, duration, accuracy, factor) result(strong)
       type(system_t), intent(in) :: system
-      !> Duration, s.
-      real(wp), intent(in) :: duration
-      !> Accuracy, rad.
-      real(wp), intent(in) :: accuracy
-      real(wp) :: slowing(3, 3), rate
+      !> Duration, s; accuracy, rad.
+      real(wp), intent(in) :: duration, accuracy
+      !> 1 for higher orders, `series_follows` for the series.
+      real(wp), intent(in) :: factor
+      real(wp) :: slowing(3, 3), rates(3)
+      logical :: driven
       integer :: i
-      rate = 0.0_wp
+      rates = 0.0_wp
+      driven = factor < series_follows .or. system%effects%n_potentials + system%effects%n_off > 0
       associate (effects => system%effects)
          do i = 1, effects%n_torques
-            if (effects%torques(i)%item%series_kind() /= LINEAR_SERIES) cycle
-            slowing = matmul(system%body%inverse_inertia, effects%torques(i)%item%series_drag())
-            rate = rate - min(slowing(1, 1), slowing(2, 2), slowing(3, 3))
+            if (effects%torques(i)%item%series_kind() == LINEAR_SERIES) then
+               slowing = matmul(system%body%inverse_inertia, effects%torques(i)%item%series_drag())
+               rates = rates - [slowing(1, 1), slowing(2, 2), slowing(3, 3)]
+            else
+               driven = .true.
+            end if
          end do
       end associate
-      ! A logarithm, since products of legal numbers could overflow.
-      damping_is_strong = rate > 0.0_wp .and. abs(duration) > 0.0_wp
-      if (damping_is_strong) damping_is_strong = log(rate) + log(abs(duration)) + 0.5_wp*log(accuracy) > &
-                                                 log(strong_damping)
+      strong = driven .and. exceeds(minval(rates), factor*strong_on_all_axes*accuracy**(-0.2_wp))
+      if (.not. strong) strong = exceeds(maxval(rates), factor*strong_on_one_axis/sqrt(accuracy))
+
+   contains
+
+      !> Returns true if a rate times the duration exceeds a bound, by logarithms: products of legal numbers could
+      !> overflow.
+      pure logical function exceeds(rate, bound)
+         !> 1/s.
+         real(wp), intent(in) :: rate, bound
+         exceeds = rate > 0.0_wp .and. abs(duration) > 0.0_wp
+         if (exceeds) exceeds = log(rate) + log(abs(duration)) > log(bound)
+      end function exceeds
+
    end function damping_is_strong
 
-   !> Returns true if all potentials and torques have linear series.
+   !> Returns true if no effect has a series of its own: potentials and torques are linear, or depend on time alone.
    pure logical function all_linear(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      all_linear = all([(effects%potentials(i)%item%series_kind(), i=1, effects%n_potentials + effects%n_off), &
-                        (effects%torques(i)%item%series_kind(), i=1, effects%n_torques)] == LINEAR_SERIES)
+      all_linear = .not. any([(effects%potentials(i)%item%series_kind(), i=1, effects%n_potentials + effects%n_off), &
+                              (effects%torques(i)%item%series_kind(), i=1, effects%n_torques)] == GENERAL_SERIES)
    end function all_linear
 
 end module nutate_method_choice

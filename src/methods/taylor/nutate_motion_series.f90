@@ -373,8 +373,8 @@ contains
       call self%tail%fit_products(squares, next, second, largest)
    end subroutine fit_tail
 
-   !> Returns the last four coefficients of Ω, the last one first, over the largest of the first ones, or over |L| by the
-   !> largest moment if that is more: wheels may hold most of L.
+   !> Returns the last four coefficients of Ω, the last one first, over the largest of the first ones, or over |L| by
+   !> the largest moment if that is more: wheels may hold most of L.
    pure subroutine get_rates(self, x)
       class(motion_series_t), intent(in) :: self
       !> Shape (most_parts, 4).
