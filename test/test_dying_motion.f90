@@ -7,10 +7,12 @@ module test_dying_motion
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: body_t, diagonal, make_body
    use nutate_damping, only: damping_t
+   use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
    use nutate_kinds, only: eps, long, wp
    use nutate_method_choice, only: AUTOMATIC_METHOD, choose_method
    use nutate_methods, only: default_settings
+   use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -21,8 +23,8 @@ module test_dying_motion
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
    use test_problems, only: make_state, new_problem, new_system, problem_t, system_t
    use test_random_scenes, only: make_random_body, power_of_ten
-   use test_support, only: check, error_type, new_unittest, random_unit, random_unit_quaternion, random_vector, &
-                           share_of, skip_test, unittest_type
+   use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
+                           random_vector, share_of, skip_test, unittest_type
    implicit none
    private
 
@@ -64,6 +66,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("a body that damping stops keeps its accuracy", damped_body), &
+                  new_unittest("a damped body that a dipole moves holds the tolerance", driven_body), &
                   new_unittest("a wheel that friction stops has the closed form", stopping_wheel), &
                   new_unittest("a driven wheel beside one that stops", driven_wheel), &
                   new_unittest("random motions that die out keep their accuracy", random_motions)]
@@ -90,6 +93,32 @@ contains
       end do
       call check(error, is_kept(tally) .and. tally%worst <= 1.0_wp, trim(tally%first))
    end subroutine damped_body
+
+   !> Damping stops the start in some 1e-5 s, then a dipole moves the body slowly. The first unit of time is a thousand
+   !> times too long: terms of its end made |L|, to which errors of the first step are relative, 1e7 times too large.
+   subroutine driven_body(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: tolerances(5) = [1e-13_wp, 1e-5_wp, 1e-6_wp, 1e-7_wp, 1e-8_wp]
+      type(problem_t), pointer :: problem
+      type(integrator_settings_t) :: settings
+      type(state_t) :: states(size(tolerances))
+      type(status_t) :: status
+      character(len=40) :: label
+      integer :: i
+      problem => new_problem()
+      call make_body(diagonal([1.0_wp, 1.5_wp, 1.0_wp]), problem%system%body, status)
+      call problem%system%effects%add(damping_t([1.7e5_wp, 1.4e5_wp, 4e4_wp]))
+      call problem%system%effects%add(dipole_t([0.1_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.5_wp, 0.0_wp]))
+      settings = default_settings('taylor')
+      states = make_state(problem%system, [0.8_wp, 0.6_wp, 0.0_wp, 0.0_wp], [1.0_wp, -8.0_wp, 3.0_wp])
+      do i = 1, size(tolerances)
+         call integrate(problem%system, settings, states(i), run_plan_t( &
+                        goal=run_goal_t(local_tolerance=tolerances(i)), end_time=1.8_wp), status)
+         write (label, '("tolerance ",es7.1)') tolerances(i)
+         call check(error, status%ok(), trim(status%message))
+         if (i > 1) call check_below(error, attitude_distance(states(i)%q, states(1)%q), tolerances(i), trim(label))
+      end do
+   end subroutine driven_body
 
    !> A wheel on the axis about which the body turns: friction takes ω = ω₀ exp(-ct(1/Jw + 1/Jr)), and the body turns by
    !> Ω₀t + ω₀(Jw/(Jw + Jr))(t - (1 - exp(-kt))/k). In chosen steps of 1e-9 rad, at rates k of 10 and 1e4 per second.

@@ -337,8 +337,10 @@ contains
 
    !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² or |2c|² in the place of the rows, and
    !> |Ω|² over that at the start if torques do work.
-   pure subroutine fit_tail(self)
+   pure subroutine fit_tail(self, reach)
       class(motion_series_t), intent(inout) :: self
+      !> Time, in units, up to which |L| counts: the terms of later times may be far larger.
+      real(wp), intent(in) :: reach
       real(wp) :: x(most_parts, 4), squares(4), next(3), second(2), largest
       integer :: k, m
       if (self%equations == AXIAL_FREE) then
@@ -347,7 +349,7 @@ contains
       end if
       self%scale = 0.0_wp
       do k = 0, 2
-         self%scale = max(self%scale, momentum_square(self, k))
+         self%scale = max(self%scale, reach**(2*k)*momentum_square(self, k))
       end do
       if (self%scale > tiny(1.0_wp)) self%scale = 1/sqrt(self%scale)
       if (self%equations == FREE_BODY) then
@@ -367,7 +369,7 @@ contains
          x(1, :) = self%angle(self%order:self%order - 3:-1)
          call add_products(1, x, squares, next, second, largest)
       else if (self%largest_moment > 0.0_wp) then
-         call get_rates(self, x)
+         call get_rates(self, reach, x)
          call add_products(3, x, squares, next, second, largest)
       end if
       call self%tail%fit_products(squares, next, second, largest)
@@ -375,13 +377,18 @@ contains
 
    !> Returns the last four coefficients of Ω, the last one first, over the largest of the first ones, or over |L| by
    !> the largest moment if that is more: wheels may hold most of L.
-   pure subroutine get_rates(self, x)
+   pure subroutine get_rates(self, reach, x)
       class(motion_series_t), intent(in) :: self
+      !> As in `fit_tail`.
+      real(wp), intent(in) :: reach
       !> Shape (most_parts, 4).
       real(wp), intent(out) :: x(most_parts, 4)
       real(wp) :: size
-      integer :: m
-      size = maxval(abs(self%omega(:, 0:2)))
+      integer :: k, m
+      size = 0.0_wp
+      do k = 0, 2
+         size = max(size, reach**k*maxval(abs(self%omega(:, k))))
+      end do
       if (self%scale > tiny(1.0_wp)) size = max(size, abs(self%time_unit)/(self%scale*self%largest_moment))
       x = 0.0_wp
       if (.not. size > tiny(1.0_wp)) return

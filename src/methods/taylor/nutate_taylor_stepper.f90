@@ -46,6 +46,9 @@ module nutate_taylor_stepper
    integer, parameter :: usual_interval = 4
    !> Longest step in units of time, used if all terms vanish, as for a body at rest.
    real(wp), parameter :: longest_reach = 1e9_wp
+   !> Length of a step in units of time below which the size of the momentum is computed again, for the step: that of a
+   !> whole unit may be far larger.
+   real(wp), parameter :: shortest_reach = 0.25_wp
    !> Largest number of units of time that are tried, each `shorter` than the one before: 72 decades.
    integer, parameter :: most_units = 60
    real(wp), parameter :: shorter = 0.0625_wp
@@ -253,7 +256,7 @@ contains
       real(wp), intent(inout) :: step
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      real(wp) :: y(n_rates), time_unit, rate
+      real(wp) :: y(n_rates), time_unit, reach, rate
       logical :: converges
       integer :: i
       call self%next%copy_from(state, self%rates%n_wheels, self%conserve)
@@ -273,7 +276,12 @@ contains
          status = fail(NUTATE_OFF_BRANCH, 'the series does not converge for any step')
          return
       end if
-      step = min(abs(time_unit)*reach_of(self, goal, abs(time_unit)), abs(goal%end_time - state%t))
+      reach = reach_of(self, goal, abs(time_unit))
+      if (reach < shortest_reach) then
+         call self%series%fit_tail(reach)
+         reach = reach_of(self, goal, abs(time_unit))
+      end if
+      step = min(abs(time_unit)*reach, abs(goal%end_time - state%t))
       rate = maxval(abs(self%series%omega(:, 0)))/abs(time_unit)
       if (.not. self%turns_free) rate = rate + maxval(abs(self%frame_rate))
       if (rate*step > self%series%largest_turn()) step = self%series%largest_turn()/rate
@@ -383,7 +391,7 @@ contains
          end do
       end associate
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
-      if (converges) call self%series%fit_tail()
+      if (converges) call self%series%fit_tail(1.0_wp)
       self%expanded = converges
       ! The balance of the state is not known before the step.
       call self%first%copy_from(state, self%rates%n_wheels, .not. self%conserve)
