@@ -206,6 +206,7 @@ contains
    subroutine strong_damping_takes_implicit_step(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), pointer :: problem
+      type(problem_t), pointer :: turning
       problem => free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
       call problem%system%effects%add(damping_t([1000.0_wp, 0.0_wp, 0.0_wp]))
       call expect(error, problem, 100.0_wp, 2.3e-4_wp, 'nielsen_krenk', 'strong damping')
@@ -217,6 +218,10 @@ contains
       problem => free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
       call problem%system%effects%add(damping_t([1000.0_wp, 2000.0_wp, 3000.0_wp]))
       call expect(error, problem, 10.0_wp, 1e-3_wp, 'taylor', 'linear')
+      turning => free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      call turning%system%effects%add(damping_t([1000.0_wp, 2000.0_wp, 3000.0_wp]))
+      call turning%system%effects%add(rotating_frame_t(name='rotating_frame', rate=[0.1_wp, -0.2_wp, 0.3_wp]))
+      call expect(error, turning, 10.0_wp, 1e-3_wp, 'nielsen_krenk', 'strong damping')
       call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 4.0_wp, 0.0_wp]))
       call expect(error, problem, 10.0_wp, 3.3e-4_wp, 'nielsen_krenk', 'strong damping')
       call expect(error, problem, 10.0_wp, 3.1e-4_wp, 'taylor', 'linear')

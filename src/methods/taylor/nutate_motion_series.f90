@@ -336,10 +336,10 @@ contains
    end function largest_turn
 
    !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² or |2c|² in the place of the rows, and
-   !> |Ω|² over that at the start if torques do work.
+   !> |Ω|² over that at the start if torques do work; in the axial frame the angle takes its place.
    pure subroutine fit_tail(self, reach)
       class(motion_series_t), intent(inout) :: self
-      !> Time, in units, up to which |L| counts: the terms of later times may be far larger.
+      !> Time, in units of time, up to which terms of L count for its size: those of later times may be far larger.
       real(wp), intent(in) :: reach
       real(wp) :: x(most_parts, 4), squares(4), next(3), second(2), largest
       integer :: k, m

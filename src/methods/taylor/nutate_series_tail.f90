@@ -21,7 +21,7 @@ module nutate_series_tail
    public :: series_tail_t, add_products, most_parts, largest_part
    public :: least_denominator, largest_rest, same_direction, least, largest
 
-   !> Largest number of components of a coefficient whose products are computed here: L and an angle.
+   !> Largest number of components of a coefficient whose products are computed here: L and an angle, or Ω.
    integer, parameter :: most_parts = 4
    !> Least of `1 + αs + βs²` from the start to the end of a step: a pole nearer to it would spoil states inside.
    real(wp), parameter :: least_denominator = 0.3_wp

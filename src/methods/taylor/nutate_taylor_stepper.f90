@@ -47,7 +47,7 @@ module nutate_taylor_stepper
    !> Longest step in units of time, used if all terms vanish, as for a body at rest.
    real(wp), parameter :: longest_reach = 1e9_wp
    !> Length of a step in units of time below which the size of the momentum is computed again, for the step: that of a
-   !> whole unit may be far larger.
+   !> whole unit may be far larger. One repetition suffices, since the length varies with the size to the power of 1/25.
    real(wp), parameter :: shortest_reach = 0.25_wp
    !> Largest number of units of time that are tried, each `shorter` than the one before: 72 decades.
    integer, parameter :: most_units = 60
