@@ -35,9 +35,9 @@ module nutate_method_choice
    !> Damping is strong if its least rate times the duration exceeds `strong_on_all_axes` over the fifth root of the
    !> accuracy, or its largest rate times the duration `strong_on_one_axis` over the square root. The body then follows
    !> the other effects, or turns about an axis without damping, and implicit steps of order 2 depend on that slow
-   !> motion alone. The steps of higher orders, and of the series if damping is `series_follows` times as strong, are
-   !> limited to some 10 times the time in which damping stops the body.
-   real(wp), parameter :: strong_on_all_axes = 4.0_wp, strong_on_one_axis = 3.0_wp, series_follows = 500.0_wp
+   !> motion alone, while all others are limited to some 10 times the time in which damping stops the body. The first
+   !> number of each is that for higher orders of the implicit step, the second that for the series.
+   real(wp), parameter :: strong_on_all_axes(2) = [4.0_wp, 2e3_wp], strong_on_one_axis(2) = [3.0_wp, 3e4_wp]
 
    !> Accuracies below which orders 8, 6 and 4 of the implicit step cost less than lower ones, rad (`nutate cost`).
    real(wp), parameter :: order_8_pays = 1e-5_wp, order_6_pays = 1e-3_wp, order_4_pays = 1e-1_wp
@@ -314,10 +314,10 @@ contains
       real(wp), intent(in) :: duration, accuracy
       !> True for higher orders of the implicit step, false for the series.
       logical, intent(in) :: implicit
-      real(wp) :: drag(3, 3), rates(3), factor
+      real(wp) :: drag(3, 3), rates(3)
       logical :: driven
-      integer :: i, k
-      factor = merge(1.0_wp, series_follows, implicit)
+      integer :: i, k, kind
+      kind = merge(1, 2, implicit)
       rates = 0.0_wp
       associate (effects => system%effects, body => system%body)
          driven = implicit .or. effects%frame_turns .or. effects%n_potentials + effects%n_off + effects%n_wheels > 0
@@ -332,8 +332,8 @@ contains
             end if
          end do
       end associate
-      strong = driven .and. exceeds(minval(rates), factor*strong_on_all_axes*accuracy**(-0.2_wp))
-      if (.not. strong) strong = exceeds(maxval(rates), factor*strong_on_one_axis/sqrt(accuracy))
+      strong = driven .and. exceeds(minval(rates), strong_on_all_axes(kind)*accuracy**(-0.2_wp))
+      if (.not. strong) strong = exceeds(maxval(rates), strong_on_one_axis(kind)/sqrt(accuracy))
 
    contains
 
