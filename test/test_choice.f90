@@ -98,7 +98,7 @@ contains
       call expect(error, problem, 5.0_wp, 1e-2_wp, 'taylor', 'linear')
    end subroutine free_body_is_solved
 
-   !> Linear potentials and torques, torques of time alone, rotors; and potentials that move, short as the run may be.
+   !> Checks gravity, damping, a rotating frame and a torque that depends on time alone, short as the runs may be.
    subroutine linear_effects_take_series(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), pointer :: problem
